@@ -18,13 +18,13 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.quantities import (
-    BIAS,
-    CLEARANCE,
-    DELAY,
-    FRICTION,
-    NOISE,
-    QUANTITIES,
-    TILT,
+    BIAS_AT,
+    CALIBRATED_QUANTITIES,
+    CLEARANCE_AT,
+    DELAY_AT,
+    FRICTION_AT,
+    NOISE_AT,
+    TILT_AT,
     configured,
     coordinates,
     natural,
@@ -69,19 +69,19 @@ def drawn(truth, seed):
     random = np.random.default_rng(seed)
     cell = truth.plan.configuration
     x = coordinates(cell)
-    x[BIAS] = random.normal(size=6) * [1.0, 1.0, 1.0, 0.05, 0.05, 0.05]
-    x[DELAY] = random.uniform(0.0, 0.005)
-    x[NOISE] += random.uniform(-0.5, 0.5, 3)
+    x[BIAS_AT] = random.normal(size=6) * [1.0, 1.0, 1.0, 0.05, 0.05, 0.05]
+    x[DELAY_AT] = random.uniform(0.0, 0.005)
+    x[NOISE_AT] += random.uniform(-0.5, 0.5, 3)
     cell = configured(cell, x)
     off = np.zeros(len(x))
-    off[FRICTION] = random.uniform(-0.1, 0.1)
-    off[BIAS], off[DELAY] = -x[BIAS], -x[DELAY]
-    off[TILT] = 0.005 * random.normal(size=2)
-    off[CLEARANCE] = 0.1 * random.normal()
-    off[NOISE] = random.uniform(-0.3, 0.3, 3)
+    off[FRICTION_AT] = random.uniform(-0.1, 0.1)
+    off[BIAS_AT], off[DELAY_AT] = -x[BIAS_AT], -x[DELAY_AT]
+    off[TILT_AT] = 0.005 * random.normal(size=2)
+    off[CLEARANCE_AT] = 0.1 * random.normal()
+    off[NOISE_AT] = random.uniform(-0.3, 0.3, 3)
     start = configured(cell, x + off)
     true = x.copy()
-    true[TILT] = -off[TILT]
+    true[TILT_AT] = -off[TILT_AT]
     truth = replace(truth, plan=replace(truth.plan, configuration=cell, seed=seed))
     wrenches, angles, read = [], [], PegJoints(start.joints)
     for sample in measure(truth):
@@ -100,7 +100,7 @@ def score_member(run: Member, folder: Path) -> dict:
         found = calibrate(record, start)
     except PegOnHoleError as error:
         return {"failed": str(error)}
-    at = [natural(quantity, x) for quantity, x in zip(QUANTITIES, true)]
+    at = [natural(quantity, x) for quantity, x in zip(CALIBRATED_QUANTITIES, true)]
     half = [max(e.high - e.best, 1e-12) / INTERVAL for e in found.estimates]
     return {
         "nis": float(found.nis),
@@ -124,7 +124,7 @@ def report(found, options) -> Report:
     """Return how many intervals of each quantity hold the truth, and how wide they are."""
     done = [tree for _, tree in found if "held" in tree]
     rows = []
-    for i, quantity in enumerate(QUANTITIES):
+    for i, quantity in enumerate(CALIBRATED_QUANTITIES):
         held, seen, off = np.array([[tree[k][i] for tree in done] for k in FIGURES])
         rms = np.sqrt((off**2).mean())
         rows.append((quantity.name, percent(held.mean()), percent(seen.mean()), f"{rms:.2f}"))
@@ -135,7 +135,7 @@ def report(found, options) -> Report:
         if "failed" in tree:
             lines.append(f"run {run}: {tree['failed']}")
             continue
-        missed = [q.name for q, ok in zip(QUANTITIES, tree["held"]) if not ok]
+        missed = [q.name for q, ok in zip(CALIBRATED_QUANTITIES, tree["held"]) if not ok]
         lines.append(f"run {run}: NIS {tree['nis']:.2f}, missed {', '.join(missed) or 'none'}")
     return Report(f"{table(head, rows)}\n\n" + "\n".join(lines))
 

@@ -3,7 +3,7 @@
 from math import degrees, sqrt
 
 from peg_on_hole_ros.config.configuration import to_parameters
-from peg_on_hole_ros.identification.calibration import Calibration, Estimate
+from peg_on_hole_ros.identification.calibration import CalibratedParameter, Calibration
 from peg_on_hole_ros.identification.selection import NORMAL_95
 
 # A mean NIS outside of this, over hundreds of innovations, is no chance. Below 3 it is where a peg
@@ -80,7 +80,7 @@ def rows(found: Calibration) -> list[tuple[str, ...]]:
     return [_row(estimate) for estimate in found.estimates]
 
 
-def _row(one: Estimate):
+def _row(one: CalibratedParameter):
     unit, factor = SHOWN.get(one.unit, (one.unit, 1.0))
     if one.name == "position_stddev":
         unit, factor = "mrad", 1e3

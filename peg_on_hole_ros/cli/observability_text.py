@@ -9,16 +9,16 @@ from peg_on_hole_ros.cli.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.identification.observability import (
-    NAMES,
+    PARAMETER_NAMES,
     Observability,
     ObservingFilter,
 )
-from peg_on_hole_ros.identification.quantities import QUANTITIES
+from peg_on_hole_ros.identification.quantities import CALIBRATED_QUANTITIES
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
 from peg_on_hole_ros.replay.stamp_order import in_order
 
-UNITS = {quantity.name: quantity.unit for quantity in QUANTITIES}
+UNITS = {quantity.name: quantity.unit for quantity in CALIBRATED_QUANTITIES}
 _HANG = "let it hang free for a second before it touches"
 # What a motion has to be like to tell of a parameter, by the begin of its name.
 REMEDIES = {
@@ -88,7 +88,7 @@ def content(found: Observability) -> dict:
         "turn": found.turn,
         "swing": found.swing,
         "rank": found.rank,
-        "of": len(NAMES),
+        "of": len(PARAMETER_NAMES),
         "condition": _finite(found.condition),
         "parameters": {
             name: {
@@ -99,7 +99,7 @@ def content(found: Observability) -> dict:
                 "useful": float(found.useful[i]),
                 "looks_like": found.partner[i] or None,
             }
-            for i, name in enumerate(NAMES)
+            for i, name in enumerate(PARAMETER_NAMES)
         },
     }
 
@@ -117,20 +117,20 @@ def lines(found: Observability) -> list[str]:
         )
         if not found.seen.any():
             return [nothing]
-        told = [_line(found, i) for i in range(len(NAMES)) if found.seen[i]]
+        told = [_line(found, i) for i in range(len(PARAMETER_NAMES)) if found.seen[i]]
         return [f"{nothing}; {found.free:.2f} s in the air", *told]
     condition = f"{found.condition:.0f}" if isfinite(found.condition) else "above 1e7"
     text = [
-        f"{found.rank} of {len(NAMES)} combinations, over {found.seconds:.2f} s in which all "
-        f"contacts slide and {found.free:.2f} s in the air; the peg turned by "
+        f"{found.rank} of {len(PARAMETER_NAMES)} combinations, over {found.seconds:.2f} s in "
+        f"which all contacts slide and {found.free:.2f} s in the air; the peg turned by "
         f"{degrees(found.turn):.0f} degrees about its axis, and its lean went "
         f"round by {degrees(found.swing):.0f} degrees; best told over worst: {condition}"
     ]
-    return text + [_line(found, i) for i in range(len(NAMES))]
+    return text + [_line(found, i) for i in range(len(PARAMETER_NAMES))]
 
 
 def _line(found, i):
-    name = NAMES[i]
+    name = PARAMETER_NAMES[i]
     unit, factor = SHOWN.get(UNITS[name], (UNITS[name], 1.0))
 
     def size(value):

@@ -19,13 +19,13 @@ from peg_on_hole_ros.identification.guess import guess
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
-    CLEARANCE,
-    DELAY,
-    FRICTION,
+    CALIBRATED_QUANTITIES,
+    CLEARANCE_AT,
+    DELAY_AT,
+    FRICTION_AT,
     IS_NOISE,
-    NAMES,
-    NOISE,
-    QUANTITIES,
+    NOISE_AT,
+    QUANTITY_NAMES,
     configured,
     coordinates,
     measures,
@@ -57,7 +57,7 @@ from peg_on_hole_ros.identification.tuned import (
 )
 
 
-class Estimate(NamedTuple):
+class CalibratedParameter(NamedTuple):
     """
     One parameter.
 
@@ -97,8 +97,8 @@ class Calibration(NamedTuple):
     ----------
     configuration : Configuration
         The start with all that was found put in.
-    estimates : tuple of Estimate
-        In the order of QUANTITIES.
+    estimates : tuple of CalibratedParameter
+        In the order of CALIBRATED_QUANTITIES.
     nis_before, nis : float
         Mean normalised innovation squared at the start and at the end; 3 if all is right.
     innovations : int
@@ -114,7 +114,7 @@ class Calibration(NamedTuple):
     """
 
     configuration: Configuration
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[CalibratedParameter, ...]
     nis_before: float
     nis: float
     innovations: int
@@ -273,8 +273,8 @@ def _with_noise(record, x0, limits):
     for k, level in enumerate(noise_levels(record)):
         if level is not None:
             # That of the orientation is over what was stated.
-            stated = x0[NOISE][k] if k == 2 else 0.0
-            x[NOISE.start + k], stddev[k] = stated + level.log, level.stddev
+            stated = x0[NOISE_AT][k] if k == 2 else 0.0
+            x[NOISE_AT.start + k], stddev[k] = stated + level.log, level.stddev
     return np.clip(x, *limits), stddev
 
 
@@ -316,10 +316,12 @@ def _spread(best: Peak, peaks, free, scale, noise):
     equal = CALIBRATION_SEARCH.equal_likelihood
     others = [one.x for one in peaks if best.value - one.value < equal]
     apart = np.ptp(np.array(others), axis=0)[free]
-    covariance = np.zeros((len(QUANTITIES), len(QUANTITIES)))
+    covariance = np.zeros((len(CALIBRATED_QUANTITIES), len(CALIBRATED_QUANTITIES)))
     covariance[np.ix_(free, free)] = curvature * np.sqrt(np.outer(wider, wider))
     covariance[free, free] += apart**2
-    covariance[range(NOISE.start, NOISE.stop), range(NOISE.start, NOISE.stop)] = noise**2
+    covariance[range(NOISE_AT.start, NOISE_AT.stop), range(NOISE_AT.start, NOISE_AT.stop)] = (
+        noise**2
+    )
     return covariance, np.sqrt(np.diagonal(covariance))
 
 
@@ -338,18 +340,18 @@ def _unexplained(found, delay):
 
 def _limits(start, x0, least_tilt):
     """Return the least and the greatest coordinates; the start's are within them."""
-    low, high = np.full((2, len(QUANTITIES)), np.inf)
+    low, high = np.full((2, len(CALIBRATED_QUANTITIES)), np.inf)
     low = -low
-    low[FRICTION], high[FRICTION] = 0.0, CALIBRATION_SEARCH.most_friction
-    low[DELAY], high[DELAY] = -CALIBRATION_SEARCH.most_delay, CALIBRATION_SEARCH.most_delay
+    low[FRICTION_AT], high[FRICTION_AT] = 0.0, CALIBRATION_SEARCH.most_friction
+    low[DELAY_AT], high[DELAY_AT] = -CALIBRATION_SEARCH.most_delay, CALIBRATION_SEARCH.most_delay
     # The least that a configuration may hold.
-    low[NOISE] = np.log([1e-6, 1e-7, 1e-9])
+    low[NOISE_AT] = np.log([1e-6, 1e-7, 1e-9])
     # The least tilt that was seen on three contacts is above gamma0.
     scene = start.scene
     clearance = scene.hole_diameter - scene.peg_diameter
     most = scene.hole_diameter * (1 - np.cos(0.99 * least_tilt))
-    low[CLEARANCE] = log(CALIBRATION_SEARCH.least_clearance_share * clearance)
-    high[CLEARANCE] = log(max(most, 1.001 * clearance))
+    low[CLEARANCE_AT] = log(CALIBRATION_SEARCH.least_clearance_share * clearance)
+    high[CLEARANCE_AT] = log(max(most, 1.001 * clearance))
     # What stays as it was is never moved to a limit.
     return np.minimum(low, x0), np.maximum(high, x0)
 
@@ -375,12 +377,18 @@ def _estimates(x0, found: _Found):
     x, stddev, scale = found.best, found.stddev, found.scale
     seen = stddev <= scale.useful
     estimates = []
-    for i, quantity in enumerate(QUANTITIES):
+    for i, quantity in enumerate(CALIBRATED_QUANTITIES):
         alike = () if seen[i] else _alike(i, found.covariance, scale.useful)
         half = NORMAL_95 * min(stddev[i], scale.range[i])
-        values = (x0[i], x[i], x[i] - half, x[i] + half, found.x[i])
-        values = (natural(quantity, value) for value in values)
-        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), alike))  # type: ignore[arg-type, call-arg]
+        start, best, low, high, value = (
+            natural(quantity, coordinate)
+            for coordinate in (x0[i], x[i], x[i] - half, x[i] + half, found.x[i])
+        )
+        estimates.append(
+            CalibratedParameter(
+                quantity.name, quantity.unit, start, best, low, high, value, bool(seen[i]), alike
+            )
+        )
     return tuple(estimates)
 
 
@@ -395,4 +403,4 @@ def _alike(i, covariance, useful):
     # That direction which makes most of what is not known of the quantity.
     v = directions[:, int(np.argmax(variance * directions[at] ** 2))]
     named = np.abs(v) > CALIBRATION_SEARCH.named_share * np.abs(v).max()
-    return tuple(NAMES[rows[k]] for k in np.flatnonzero(named) if k != at)
+    return tuple(QUANTITY_NAMES[rows[k]] for k in np.flatnonzero(named) if k != at)

@@ -11,9 +11,9 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.identification.accumulate import BEGIN, WRENCH
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
-    BIAS,
-    CLEARANCE,
-    FRICTION,
+    BIAS_AT,
+    CLEARANCE_AT,
+    FRICTION_AT,
     configured,
 )
 from peg_on_hole_ros.identification.tuned import FIRST_GUESS
@@ -53,9 +53,9 @@ def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: flo
                 peg.weigh(value, ContactSet.THREE)
             else:
                 peg.correct(value[:3], R)
-        x[FRICTION] = max(peg.friction[0], 0.0)
-        x[CLEARANCE] = log(peg.clearance[0])
-        x[BIAS] += peg.bias
+        x[FRICTION_AT] = max(peg.friction[0], 0.0)
+        x[CLEARANCE_AT] = log(peg.clearance[0])
+        x[BIAS_AT] += peg.bias
     return x
 
 

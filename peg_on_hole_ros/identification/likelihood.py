@@ -19,7 +19,7 @@ from peg_on_hole_ros.identification.accumulate import (
     Found,
     accumulate,
 )
-from peg_on_hole_ros.identification.quantities import DELAY, TILT, configured
+from peg_on_hole_ros.identification.quantities import DELAY_AT, TILT_AT, configured
 from peg_on_hole_ros.identification.recording import Recording, turned
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, tilt_axes
@@ -28,7 +28,7 @@ from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.typed_record import new
 
 
-class Innovations(NamedTuple):
+class RunInnovations(NamedTuple):
     """
     Innovations of one component of the mixture at each event; rows beyond three are zero.
 
@@ -46,7 +46,7 @@ class Innovations(NamedTuple):
     covariance: np.ndarray
 
 
-class Run(NamedTuple):
+class LikelihoodRun(NamedTuple):
     """
     What a run says of its parameters.
 
@@ -56,13 +56,13 @@ class Run(NamedTuple):
         Of each event, up to a constant.
     nis : ndarray, shape (m,)
         Normalised innovations squared of all that counts, 3 degrees of freedom.
-    innovations : Innovations or None
+    innovations : RunInnovations or None
 
     """
 
     log_likelihood: np.ndarray
     nis: np.ndarray
-    innovations: Innovations | None
+    innovations: RunInnovations | None
 
     @property
     def total(self) -> float:
@@ -125,7 +125,7 @@ class Likelihood:
         stamps would pair other samples of noise, which is worth more than a millisecond.
         """
         record, start = self._record, self._start
-        ahead = x[DELAY] - start.joints.delay
+        ahead = x[DELAY_AT] - start.joints.delay
         if ahead:
             moved = [smooth(t + ahead) - smooth(t) for t, smooth in self._smooth]
             record = record._replace(q=record.q + np.concatenate(moved))
@@ -133,8 +133,8 @@ class Likelihood:
         if start.wrench.axes == "base":
             # As the angles have it that are measured, whatever the hole's tilt.
             record = record._replace(wrench=_in_sensor(record, t, start))
-        if any(x[TILT]):
-            record = turned(record, tilt_axes(x[TILT]).T)
+        if any(x[TILT_AT]):
+            record = turned(record, tilt_axes(x[TILT_AT]).T)
         wide = configuration.joints.position_stddev / start.joints.position_stddev
         on_peg = _on_peg(record, t, configuration)
         n, m = len(t), len(on_peg)
@@ -150,9 +150,9 @@ class Likelihood:
 
     def run(
         self, x: np.ndarray, chosen: np.ndarray | None = None, detailed: bool = False
-    ) -> Run | None:
+    ) -> LikelihoodRun | None:
         """
-        Run the estimator under coordinates x, with all of QUANTITIES known.
+        Run the estimator under coordinates x, with all of CALIBRATED_QUANTITIES known.
 
         Parameters
         ----------
@@ -164,7 +164,7 @@ class Likelihood:
 
         Returns
         -------
-        Run or None
+        LikelihoodRun or None
             None where the likelihood is not finite.
 
         """
@@ -190,8 +190,8 @@ class Likelihood:
         accumulate(kalman, options.initial_rate_stddev, events, into)
         if not np.isfinite(found).all():
             return None
-        details = Innovations(chosen, residual, covariance) if detailed else None
-        return Run(found, nis[np.isfinite(nis)], details)
+        details = RunInnovations(chosen, residual, covariance) if detailed else None
+        return LikelihoodRun(found, nis[np.isfinite(nis)], details)
 
 
 def _spline(t, q) -> tuple[np.ndarray, Callable]:

@@ -13,14 +13,16 @@ from peg_on_hole_ros.identification.tuned import NOISE_BLOCKS
 WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-class Level(NamedTuple):
+class NoiseLevel(NamedTuple):
     """Logarithm of a standard deviation, and how well it is known."""
 
     log: float
     stddev: float
 
 
-def noise_levels(record: Recording) -> tuple[Level | None, Level | None, Level | None]:
+def noise_levels(
+    record: Recording,
+) -> tuple[NoiseLevel | None, NoiseLevel | None, NoiseLevel | None]:
     """
     Return the noise of force [N], torque [N m], and of the orientation.
 
@@ -57,4 +59,4 @@ def _level(t, values, root=None):
     # median of so wide a mean lies below it by 1 %.
     spread = np.subtract(*np.quantile(means, (0.75, 0.25))) / 1.349
     stddev = 0.5 * 1.2533 * float(spread) / middle / sqrt(blocks) + NOISE_BLOCKS.floor
-    return Level(0.5 * log(middle), stddev)
+    return NoiseLevel(0.5 * log(middle), stddev)

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
 from peg_on_hole_ros.identification.quantities import (
-    QUANTITIES,
+    CALIBRATED_QUANTITIES,
     TYPICAL_DIAMETER,
     TYPICAL_FORCE,
     measures,
@@ -24,19 +24,19 @@ from peg_on_hole_ros.identification.tuned import OBSERVED_MOTION
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Of a parameter vector: friction, clearance, bias (6) and tilt (2).
-NAMES = (
+PARAMETER_NAMES = (
     "friction", "clearance",
     "bias_force_x", "bias_force_y", "bias_force_z",
     "bias_torque_x", "bias_torque_y", "bias_torque_z",
     "tilt_x", "tilt_y",
 )  # fmt: skip
 # As many values as they are, from friction on.
-_ASKED = slice(FRICTION, FRICTION + len(NAMES))
+_ASKED = slice(FRICTION, FRICTION + len(PARAMETER_NAMES))
 
 
 class Observability(NamedTuple):
     """
-    What a motion tells of each of NAMES.
+    What a motion tells of each of PARAMETER_NAMES.
 
     Standard deviations are those of the best estimate that a tangent allows, over the whole
     motion: [-], [m], [N], [N m], [rad].
@@ -118,7 +118,7 @@ class ObservingFilter(ContactFilter):
         unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
         alone = default_settings(friction_hypotheses=1, products=0.0)
         self._open = ContactFilter(opened, everything, wrench_noise, unknown, alone)
-        self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False
+        self._told, self._runs = np.zeros((len(PARAMETER_NAMES), len(PARAMETER_NAMES))), False
         self.seconds = self._pressed = self.free = self._dt = 0.0
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
 
@@ -147,12 +147,12 @@ class ObservingFilter(ContactFilter):
 
     @property
     def information(self) -> np.ndarray:
-        """What was told so far of each of NAMES, the clearance in logarithms, shape (10, 10)."""
+        """Information so far on PARAMETER_NAMES, the clearance in logarithms, shape (10, 10)."""
         if not self._runs:
             return self._told
         scale = np.sqrt(self._prior)
         scaled = self._open.mixture.covariance[_ASKED, _ASKED] / np.outer(scale, scale)
-        told = np.linalg.inv(scaled) - np.eye(len(NAMES))
+        told = np.linalg.inv(scaled) - np.eye(len(PARAMETER_NAMES))
         return self._told + 0.5 * (told + told.T) / np.outer(scale, scale)
 
     def _pin(self):
@@ -215,7 +215,7 @@ class ObservingFilter(ContactFilter):
         travel = np.maximum(self._most - self._least, 0.0)
         slid = self.seconds > OBSERVED_MOTION.shortest_sliding
         force = self._pressed / self.seconds if slid else TYPICAL_FORCE
-        unit = np.ones(len(NAMES))
+        unit = np.ones(len(PARAMETER_NAMES))
         unit[1] = 1.0 / self._clearance
         return observability(  # type: ignore[call-arg]
             self.information * np.outer(unit, unit), self._clearance, self.seconds,
@@ -224,8 +224,8 @@ class ObservingFilter(ContactFilter):
 
 
 def _rows():
-    names = [one.name for one in QUANTITIES]
-    return [names.index(name) for name in NAMES]
+    names = [one.name for one in CALIBRATED_QUANTITIES]
+    return [names.index(name) for name in PARAMETER_NAMES]
 
 
 def observability(
@@ -239,12 +239,12 @@ def observability(
     free: float = 0.0,
 ) -> Observability:
     """
-    Return what an information matrix says of each of NAMES.
+    Return what an information matrix says of each of PARAMETER_NAMES.
 
     Parameters
     ----------
     information : ndarray, shape (10, 10)
-        Inverse of the covariance that a best estimate would have, in the units of NAMES.
+        Inverse of the covariance that a best estimate would have, in the units of PARAMETER_NAMES.
     clearance : float
         D - d; its useful share is that of the calibration [m].
     seconds, turn, swing, free : float
@@ -255,21 +255,21 @@ def observability(
     """
     scale = measures(diameter, force)
     rows = _rows()
-    unit = np.array([clearance if QUANTITIES[row].log else 1.0 for row in rows])
+    unit = np.array([clearance if CALIBRATED_QUANTITIES[row].log else 1.0 for row in rows])
     useful, known = unit * scale.useful[rows], unit * scale.range[rows]
     scaled = information * np.outer(useful, useful)
     diagonal = np.diagonal(scaled)
     alone = np.where(diagonal > 0, useful / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), inf)
     covariance = np.linalg.inv(scaled + np.diag((useful / known) ** 2))
     stddev = np.sqrt(np.diagonal(covariance))
-    correlation = np.abs(covariance / np.outer(stddev, stddev)) - np.eye(len(NAMES))
+    correlation = np.abs(covariance / np.outer(stddev, stddev)) - np.eye(len(PARAMETER_NAMES))
     together = useful * stddev
     partner = []
-    for i in range(len(NAMES)):
+    for i in range(len(PARAMETER_NAMES)):
         nearest = int(np.argmax(correlation[i]))
         hidden = alone[i] <= useful[i] < together[i]
         alike = correlation[i, nearest] > OBSERVED_MOTION.alike
-        partner.append(NAMES[nearest] if hidden and alike else "")
+        partner.append(PARAMETER_NAMES[nearest] if hidden and alike else "")
     told = np.linalg.eigvalsh(scaled)
     condition = float(np.sqrt(told[-1] / told[0])) if told[0] > 1e-14 * told[-1] > 0 else inf
     rank = int((told > 1.0).sum())

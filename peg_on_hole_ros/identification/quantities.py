@@ -39,7 +39,7 @@ class Quantity(NamedTuple):
     log: bool = False
 
 
-QUANTITIES = (
+CALIBRATED_QUANTITIES = (
     Quantity("friction", "", 1e-4, 0.5, 0.05),
     *(Quantity(f"bias_force_{axis}", "N", 2e-3, 20.0, 1.0) for axis in "xyz"),
     *(Quantity(f"bias_torque_{axis}", "N m", 1e-4, 1.0, 0.05) for axis in "xyz"),
@@ -50,19 +50,21 @@ QUANTITIES = (
     Quantity("torque_stddev", "N m", 0.02, 1.5, 0.3, True),
     Quantity("position_stddev", "rad", 0.02, 1.5, 0.3, True),
 )
-NAMES = tuple(quantity.name for quantity in QUANTITIES)
+QUANTITY_NAMES = tuple(quantity.name for quantity in CALIBRATED_QUANTITIES)
 # What moves the peg, and what scatters the sensors.
-IS_NOISE = np.array([name.endswith("stddev") for name in NAMES])
-IS_FORCE = np.array([name.startswith("bias_force") for name in NAMES])
-IS_TORQUE = np.array([name.startswith("bias_torque") for name in NAMES])
+IS_NOISE = np.array([name.endswith("stddev") for name in QUANTITY_NAMES])
+IS_FORCE = np.array([name.startswith("bias_force") for name in QUANTITY_NAMES])
+IS_TORQUE = np.array([name.startswith("bias_torque") for name in QUANTITY_NAMES])
 # What steps, ranges and uses of forces and torques are stated for [N], [m].
 TYPICAL_FORCE, TYPICAL_DIAMETER = 25.0, 0.05
-FRICTION, BIAS, TILT, DELAY, CLEARANCE, NOISE = 0, slice(1, 7), slice(7, 9), 9, 10, slice(11, 14)
+# Where each stands among the coordinates.
+FRICTION_AT, DELAY_AT, CLEARANCE_AT = 0, 9, 10
+BIAS_AT, TILT_AT, NOISE_AT = slice(1, 7), slice(7, 9), slice(11, 14)
 
 
 class Measures(NamedTuple):
     """
-    Steps, ranges and uses of QUANTITIES for one peg under one load; see `Quantity`.
+    Steps, ranges and uses of CALIBRATED_QUANTITIES for one peg under one load; see `Quantity`.
 
     Attributes
     ----------
@@ -82,20 +84,20 @@ def measures(diameter: float, force: float) -> Measures:
     Whether a bias tells a cell anything is a matter of the load it is beside, and a torque is a
     force at the rim: 0.05 N m, little beside 25 N on a peg of 50 mm, would turn one of 8 mm round.
     """
-    rows = np.array([(one.step, one.range, one.useful) for one in QUANTITIES]).T
+    rows = np.array([(one.step, one.range, one.useful) for one in CALIBRATED_QUANTITIES]).T
     rows[:, IS_TORQUE] *= diameter / TYPICAL_DIAMETER
     rows[2, IS_FORCE | IS_TORQUE] *= force / TYPICAL_FORCE
     return Measures(*rows)
 
 
 def coordinates(configuration: Configuration) -> np.ndarray:
-    """Return where the search for QUANTITIES starts, shape (14,); tilts are against the start."""
+    """Return where the search starts, shape (14,); tilts are against the start."""
     scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
-    x = np.zeros(len(QUANTITIES))
-    x[FRICTION], x[DELAY] = scene.friction, joints.delay
-    x[BIAS] = *wrench.bias_force, *wrench.bias_torque
-    x[CLEARANCE] = log(scene.hole_diameter - scene.peg_diameter)
-    x[NOISE] = np.log([wrench.force_stddev, wrench.torque_stddev, joints.position_stddev])
+    x = np.zeros(len(CALIBRATED_QUANTITIES))
+    x[FRICTION_AT], x[DELAY_AT] = scene.friction, joints.delay
+    x[BIAS_AT] = *wrench.bias_force, *wrench.bias_torque
+    x[CLEARANCE_AT] = log(scene.hole_diameter - scene.peg_diameter)
+    x[NOISE_AT] = np.log([wrench.force_stddev, wrench.torque_stddev, joints.position_stddev])
     return x
 
 
@@ -106,23 +108,25 @@ def natural(quantity: Quantity, coordinate: float) -> float:
 
 def configured(start: Configuration, x: np.ndarray) -> Configuration:
     """Return a configuration with coordinates put in."""
-    value = [natural(quantity, coordinate) for quantity, coordinate in zip(QUANTITIES, x)]
-    force, torque, position = value[NOISE]
+    value = [
+        natural(quantity, coordinate) for quantity, coordinate in zip(CALIBRATED_QUANTITIES, x)
+    ]
+    force, torque, position = value[NOISE_AT]
     scene = replace(
         start.scene,
-        friction=value[FRICTION],
-        peg_diameter=start.scene.hole_diameter - value[CLEARANCE],
+        friction=value[FRICTION_AT],
+        peg_diameter=start.scene.hole_diameter - value[CLEARANCE_AT],
     )
     wrench = replace(
         start.wrench,
-        bias_force=tuple(value[BIAS][:3]),  # type: ignore[arg-type]
-        bias_torque=tuple(value[BIAS][3:]),  # type: ignore[arg-type]
+        bias_force=tuple(value[BIAS_AT][:3]),  # type: ignore[arg-type]
+        bias_torque=tuple(value[BIAS_AT][3:]),  # type: ignore[arg-type]
         force_stddev=force,
         torque_stddev=torque,
     )
-    joints = replace(start.joints, delay=value[DELAY], position_stddev=position)
-    if any(value[TILT]):
-        R_SH = tilt_axes(value[TILT])
+    joints = replace(start.joints, delay=value[DELAY_AT], position_stddev=position)
+    if any(value[TILT_AT]):
+        R_SH = tilt_axes(value[TILT_AT])
         scene = replace(scene, gravity=tuple((R_SH.T @ scene.gravity).tolist()))
         R = rotation_from_rpy(joints.hole_rpy) @ R_SH
         rpy = atan2(R[2, 1], R[2, 2]), asin(-R[2, 0]), atan2(R[1, 0], R[0, 0])

@@ -36,7 +36,7 @@ class Recording(NamedTuple):
     covariance: np.ndarray
 
 
-class Motion(NamedTuple):
+class FittedMotion(NamedTuple):
     """
     What local parabolas through the angles say, one for each joint state.
 
@@ -123,13 +123,13 @@ def quiet(record: Recording) -> Recording:
     return smoothed(record, STEADY_SLIDING.quiet_width)._replace(q=motion(record).q)
 
 
-def motion(record: Recording) -> Motion:
+def motion(record: Recording) -> FittedMotion:
     """Return angles and rates by local parabolas."""
     m, width = len(record.joint_t), 2 * STEADY_SLIDING.half_window + 1
     q, valid = record.q.copy(), np.zeros(m, bool)
     rates, accelerations = np.zeros((2, m, 3))
     if m <= width:
-        return Motion(q, rates, accelerations, valid)
+        return FittedMotion(q, rates, accelerations, valid)
     middle = slice(STEADY_SLIDING.half_window, m - STEADY_SLIDING.half_window)
     t = np.lib.stride_tricks.sliding_window_view(record.joint_t, width)
     t = t - record.joint_t[middle, None]
@@ -142,10 +142,10 @@ def motion(record: Recording) -> Motion:
     accelerations[middle] = 2.0 * fit[:, 2] / span**2
     period = np.median(np.diff(record.joint_t))
     valid[middle] = np.diff(t, axis=1).max(axis=1) < STEADY_SLIDING.gap_periods * period
-    return Motion(q, rates, accelerations, valid)
+    return FittedMotion(q, rates, accelerations, valid)
 
 
-def load(record: Recording, moved: Motion, configuration: Configuration) -> np.ndarray:
+def load(record: Recording, moved: FittedMotion, configuration: Configuration) -> np.ndarray:
     """Return the size of the force that the rim carries at each joint state [N], shape (m,)."""
     scene, options = configuration.scene, configuration.wrench
     reduction = WrenchReduction(options, scene)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.identification.likelihood import Likelihood, Run
+from peg_on_hole_ros.identification.likelihood import Likelihood, LikelihoodRun
 from peg_on_hole_ros.identification.quantities import Measures
 from peg_on_hole_ros.identification.tuned import SCORING
 
@@ -32,7 +32,7 @@ class Peak(NamedTuple):
     value: float
     information: np.ndarray
     scores: np.ndarray
-    run: Run
+    run: LikelihoodRun
     converged: bool
 
 
@@ -81,7 +81,7 @@ class Search:
         self._progress()
         return self._likelihood.run(x)
 
-    def value(self, run: Run, x: np.ndarray) -> float:
+    def value(self, run: LikelihoodRun, x: np.ndarray) -> float:
         """Return the logarithm of likelihood and prior."""
         return run.total - 0.5 * float((((x - self._centre) / self.measures.range) ** 2).sum())
 
@@ -90,7 +90,7 @@ class Search:
         run = self._run(np.clip(x, *self._limits))
         return -np.inf if run is None else self.value(run, x)
 
-    def slopes(self, run: Run, x: np.ndarray, free: np.ndarray) -> Slopes | None:
+    def slopes(self, run: LikelihoodRun, x: np.ndarray, free: np.ndarray) -> Slopes | None:
         """
         Return what a recording tells of the free coordinates at a point; None where it cannot be.
 

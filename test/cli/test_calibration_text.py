@@ -2,9 +2,9 @@
 
 from peg_on_hole_ros.cli.calibration_text import not_seen
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.identification.calibration import Calibration, Estimate
+from peg_on_hole_ros.identification.calibration import CalibratedParameter, Calibration
 
-UNSEEN = Estimate("clearance", "m", 1e-4, 1e-4, 7e-5, 1.5e-4, 1e-4, False, "")
+UNSEEN = CalibratedParameter("clearance", "m", 1e-4, 1e-4, 7e-5, 1.5e-4, 1e-4, False, "")
 
 
 def said(least_tilt, both_ways):

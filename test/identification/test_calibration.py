@@ -17,9 +17,9 @@ from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
-    NAMES,
-    QUANTITIES,
-    TILT,
+    CALIBRATED_QUANTITIES,
+    QUANTITY_NAMES,
+    TILT_AT,
     configured,
     coordinates,
     measures,
@@ -72,7 +72,7 @@ def moved():
 
 def changed(configuration, **values):
     x = coordinates(configuration)
-    for i, quantity in enumerate(QUANTITIES):
+    for i, quantity in enumerate(CALIBRATED_QUANTITIES):
         if quantity.name in values:
             value = values[quantity.name]
             x[i] = np.log(value) if quantity.log else value
@@ -129,7 +129,7 @@ def test_intervals_hold_what_was_put_in_wherever_the_search_starts(friction, cle
     start = changed(truth.plan.configuration, friction=friction, clearance=clearance)
     found = calibrate(as_recording(truth, start), start)
     assert found.nis < 3.2 < found.nis_before
-    at = [np.exp(x) if one.log else x for one, x in zip(QUANTITIES, true)]
+    at = [np.exp(x) if one.log else x for one, x in zip(CALIBRATED_QUANTITIES, true)]
     # Of one recording: 14 that err together.
     assert sum(e.low <= t <= e.high for e, t in zip(found.estimates, at)) >= 12
 
@@ -142,7 +142,7 @@ def test_a_cell_that_is_right_is_left_as_it_is_and_what_is_not_told_is_named():
     assert [one.name for one in found.estimates if one.changed] == []
     assert found.nis == found.nis_before
     # One way, by 66 degrees, in half a second: a force across has no lever of its own.
-    across = found.estimates[NAMES.index("bias_force_x")]
+    across = found.estimates[QUANTITY_NAMES.index("bias_force_x")]
     assert not across.seen and "bias_torque_y" in across.alike
     said = "\n".join(not_seen(found))
     assert "force bias along x: told from friction, weight and the other biases only" in said
@@ -165,7 +165,7 @@ def test_a_likelihood_falls_to_every_side_of_the_truth_by_what_its_slopes_say():
     ):  # fmt: skip
         for sign in (1.0, -1.0):
             x = x0.copy()
-            x[NAMES.index(name)] += sign * by
+            x[QUANTITY_NAMES.index(name)] += sign * by
             assert likelihood.run(x).total < best.total - 5.0, name
 
 
@@ -199,7 +199,7 @@ def test_what_a_slow_recording_lacks_is_said_with_a_rate_for_its_diameter():
 
 def test_torques_are_judged_as_forces_at_the_rim():
     large, small = measures(0.05, 25.0), measures(0.01, 5.0)
-    force, torque = NAMES.index("bias_force_x"), NAMES.index("bias_torque_x")
+    force, torque = QUANTITY_NAMES.index("bias_force_x"), QUANTITY_NAMES.index("bias_torque_x")
     assert large.useful[[force, torque]].tolist() == [1.0, 0.05]
     assert small.useful[force] == pytest.approx(0.2)
     assert small.useful[torque] / small.useful[force] == pytest.approx(0.01)
@@ -209,9 +209,9 @@ def test_torques_are_judged_as_forces_at_the_rim():
 def test_two_that_look_alike_are_not_both_kept_where_together_they_differ():
     # Each is known to 10, their sum to 0.1; the start is 0 and the sum is found to be 5.
     covariance = np.array([[100.0, -99.995], [-99.995, 100.0]])
-    padded = np.eye(len(QUANTITIES)) * 1e-12
+    padded = np.eye(len(CALIBRATED_QUANTITIES)) * 1e-12
     padded[1:3, 1:3] = covariance
-    gone = np.zeros(len(QUANTITIES))
+    gone = np.zeros(len(CALIBRATED_QUANTITIES))
     gone[1:3] = 2.5
     kept = kept_ones(gone, padded)
     assert kept[1:3].sum() == 1
@@ -276,16 +276,16 @@ def test_a_recording_is_in_the_order_of_stamps_without_repeats_or_jumps_by_turns
 
 def test_values_reach_the_configuration_and_come_back():
     start = Configuration()
-    x = coordinates(start) + [quantity.step for quantity in QUANTITIES]
+    x = coordinates(start) + [quantity.step for quantity in CALIBRATED_QUANTITIES]
     there = configured(start, x)
     back = coordinates(there)
-    back[TILT] = x[TILT]
+    back[TILT_AT] = x[TILT_AT]
     assert back == pytest.approx(x, rel=1e-9)
     # The hole's axis, and gravity in the hole's axes, turn against each other.
     R_MH = rotation_from_rpy(there.joints.hole_rpy)
     assert R_MH @ there.scene.gravity == pytest.approx(start.scene.gravity, abs=1e-12)
-    assert R_MH[:, 2] == pytest.approx([x[TILT][1], -x[TILT][0], 1.0], abs=1e-6)
-    assert len(NAMES) == len(set(NAMES)) == len(x)
+    assert R_MH[:, 2] == pytest.approx([x[TILT_AT][1], -x[TILT_AT][0], 1.0], abs=1e-6)
+    assert len(QUANTITY_NAMES) == len(set(QUANTITY_NAMES)) == len(x)
 
 
 # A driver that pauses; a recorder that takes up one topic before the other, or lets go of it.

@@ -18,7 +18,7 @@ from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.identification.observability import (
-    NAMES,
+    PARAMETER_NAMES,
     ObservingFilter,
     observability,
 )
@@ -67,7 +67,7 @@ def whole(given):
 def test_friction_alone_is_told_as_the_estimator_that_learns_it_has_it(configuration, observed):
     scene = replace(configuration.scene, friction_stddev=0.1)
     learnt = run(replace(configuration, scene=scene)).friction[1]
-    told = observed.observability().alone[NAMES.index("friction")]
+    told = observed.observability().alone[PARAMETER_NAMES.index("friction")]
     # The slopes of one are taken at the stated friction, of the other where it has come to.
     assert told == pytest.approx(learnt, rel=0.05)
     assert learnt < 1e-3
@@ -76,7 +76,7 @@ def test_friction_alone_is_told_as_the_estimator_that_learns_it_has_it(configura
 def test_clearance_alone_is_told_as_the_estimator_that_learns_it_has_it(configuration, observed):
     scene = replace(configuration.scene, clearance_stddev=3e-5)
     learnt = run(replace(configuration, scene=scene)).clearance[1]
-    told = observed.observability().alone[NAMES.index("clearance")]
+    told = observed.observability().alone[PARAMETER_NAMES.index("clearance")]
     assert told == pytest.approx(learnt, rel=0.05)
     assert learnt < 1e-6
 
@@ -111,15 +111,15 @@ def test_a_motion_tells_the_same_whatever_estimator_is_configured(given, whole, 
 def test_what_looks_alike_is_named_and_what_moves_nothing_too():
     # Useful: 1 N, 0.05 N m. Told only as a sum; torque about x moves nothing.
     information = np.diag([1e6, 1e14, 0, 1e6, 1e6, 0, 0, 1e8, 1e8, 1e8])
-    x, y = NAMES.index("bias_force_x"), NAMES.index("bias_torque_y")
+    x, y = PARAMETER_NAMES.index("bias_force_x"), PARAMETER_NAMES.index("bias_torque_y")
     along = np.zeros(10)
     along[[x, y]] = 100.0, 2000.0
     found = observability(information + np.outer(along, along), 1e-4, 1.0, 0.5, 0.1)
-    seen = dict(zip(NAMES, found.seen))
+    seen = dict(zip(PARAMETER_NAMES, found.seen))
     assert not seen["bias_force_x"] and not seen["bias_torque_y"] and not seen["bias_torque_x"]
     assert sum(seen.values()) == 7 and found.rank == 8 and found.condition == np.inf
     assert found.partner[x] == "bias_torque_y" and found.partner[y] == "bias_force_x"
-    assert np.isinf(found.alone[NAMES.index("bias_torque_x")])
+    assert np.isinf(found.alone[PARAMETER_NAMES.index("bias_torque_x")])
     text = "\n".join(observability_text.lines(found))
     assert "8 of 10 combinations" in text and "turned by 29 degrees" in text
     assert "force bias along x: not told apart" in text

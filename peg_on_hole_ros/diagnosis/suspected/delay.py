@@ -13,9 +13,9 @@ from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import offsets_of, stated_offsets
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
-    CLEARANCE,
-    DELAY,
-    FRICTION,
+    CLEARANCE_AT,
+    DELAY_AT,
+    FRICTION_AT,
     IS_NOISE,
     coordinates,
     measures,
@@ -44,8 +44,8 @@ UNEXPLAINED = 0.002
 NEAREST_TILT, SLIDES, CHANGES = 1.03, 2.0, 0.5
 ITERATIONS = 3
 # Coordinates of what else may be off, in the order of `unobservable.KINDS`.
-KINDS = [FRICTION], [CLEARANCE], [3], [1, 2], [4, 5, 6], [7, 8]
-HYPOTHESES = [], [DELAY], *KINDS
+KINDS = [FRICTION_AT], [CLEARANCE_AT], [3], [1, 2], [4, 5, 6], [7, 8]
+HYPOTHESES = [], [DELAY_AT], *KINDS
 
 
 class _Look(NamedTuple):
@@ -204,7 +204,7 @@ class Delay(Suspect):
         """Report a delay that is surely likelier than what is stated, and than other settings."""
         spread = np.where(IS_NOISE, 0.0, 4.0 * sizes.range)
         limits = x - spread, x + spread
-        limits[0][FRICTION] = 0.0
+        limits[0][FRICTION_AT] = 0.0
         told = [self._told.get(i, (x, sizes.range)) for i in range(len(HYPOTHESES))]
 
         def climb(i, begin):
@@ -224,13 +224,13 @@ class Delay(Suspect):
         best = max(values, key=values.__getitem__)
         if abs(best) == TRIED[-1] or values[best] - values[0.0] < LIKELIER:
             return False
-        begin[DELAY] = best
+        begin[DELAY_AT] = best
         late = climb(1, begin)
         yield
         # It is where it was seen.
-        if late is None or abs(late.x[DELAY] - best) > max(FIRST, 0.5 * abs(best)):
+        if late is None or abs(late.x[DELAY_AT] - best) > max(FIRST, 0.5 * abs(best)):
             return False
-        if abs(late.x[DELAY]) < LEAST or late.run.nis.mean() > SCORING.explained_nis:
+        if abs(late.x[DELAY_AT]) < LEAST or late.run.nis.mean() > SCORING.explained_nis:
             return False
         peaks = [stated, late]
         for i in range(2, len(HYPOTHESES)):
@@ -243,7 +243,7 @@ class Delay(Suspect):
         self._told = {i: self._spread(i, peak, told[i][1]) for i, peak in enumerate(peaks)}
         self._wait = KEPT
         if self._gains[0] > SURE and self._gains[2:].min() > APART:
-            self.finding = self._said(float(late.x[DELAY]), self._gains[0])
+            self.finding = self._said(float(late.x[DELAY_AT]), self._gains[0])
         return True
 
     def _spread(self, i, peak, range_):
@@ -273,7 +273,7 @@ class Delay(Suspect):
         offsets, range_ = offsets_of(self._configuration), sizes.range.copy()
         for kind, offset in zip(KINDS, offsets):
             range_[kind] = offset
-        range_[DELAY] = TRIED[-1]
+        range_[DELAY_AT] = TRIED[-1]
         return sizes._replace(range=range_)
 
     def _record(self):
@@ -303,7 +303,7 @@ def _values(likelihood, x, delays):
     values = {}
     for delay in delays:
         moved = x.copy()
-        moved[DELAY] = delay
+        moved[DELAY_AT] = delay
         run = likelihood.run(moved)
         values[delay] = -np.inf if run is None else run.total
         yield
