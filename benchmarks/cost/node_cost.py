@@ -184,7 +184,7 @@ def answer(path: Path) -> None:
     from rclpy.signals import SignalHandlerOptions
 
     from peg_on_hole_ros.messages.ros_messages import message_class
-    from peg_on_hole_ros.ros.lost_messages import subscribe
+    from peg_on_hole_ros.ros.inputs import subscribe
     from peg_on_hole_ros.startup.interrupt import note_signals
 
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

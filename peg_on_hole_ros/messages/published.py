@@ -1,9 +1,11 @@
-"""Messages that come with every estimate, by the table of outputs: their numbers, and as dicts."""
+"""Messages that come with every estimate, by the table of outputs: numbers, dicts and bytes."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.cdr_layout import joined
 from peg_on_hole_ros.messages.output import JOINT_STATE, POSE, TOPICS, WRENCH, joint_state
 from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.monitor.known_reactions import are_known
@@ -124,3 +126,29 @@ def published(rows: np.ndarray) -> np.ndarray:
     if len(unknown):
         numbers[unknown[:, None], _WITHHELD] = np.nan
     return numbers
+
+
+class EstimateEncoder:
+    """Writes the messages of an estimate, which differ from others in stamp and numbers alone."""
+
+    def __init__(self) -> None:
+        layouts = [
+            Encoder(each.ros_type).layout(each.message(0, np.zeros(each.at.stop - each.at.start)))
+            for each in LAYOUTS.values()
+        ]
+        self._template, places = joined(layouts)
+        self._places = list(zip(LAYOUTS, places))
+
+    def __call__(self, t_ns: int, numbers: np.ndarray) -> list[tuple[str, bytes]]:
+        """
+        Return (topic under the node's name, payload) of each message.
+
+        Parameters
+        ----------
+        t_ns : int
+            Stamp [ns].
+        numbers : ndarray, shape (published.SIZE,)
+
+        """
+        written = self._template.write_one(t_ns, numbers)
+        return [(suffix, written[place]) for suffix, place in self._places]

@@ -28,9 +28,8 @@ from peg_on_hole_ros.measurements.orientation import (
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.messages.estimate_bytes import EstimateEncoder
 from peg_on_hole_ros.messages.output import STRING, Message, OutputStream
-from peg_on_hole_ros.messages.published import LAYOUTS
+from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample

@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.configuration import BY_NAME
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.engine.tuned import STAMP_ORDER
-from peg_on_hole_ros.replay.loops import Loop
+from peg_on_hole_ros.replay.stamps import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
 
 MISFIT = (

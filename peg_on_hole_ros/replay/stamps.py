@@ -1,9 +1,16 @@
-"""Statistics of one topic's stamps: period, gaps, order, distance from the recorder's clock."""
+"""Stamps of a recording: statistics of a topic's, those that come again, and their order."""
 
 import math
+from collections.abc import Iterable, Iterator
 from copy import deepcopy
+from heapq import heappop, heappush
 
 import numpy as np
+
+from peg_on_hole_ros.bags.batch import Item
+from peg_on_hole_ros.bags.reader import absolute
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 
 # Log time against stamp: farther apart than a transport takes, two clocks differ.
 OFFSET_LIMIT = 1.0  # [s]
@@ -15,6 +22,11 @@ _RESERVOIR = 4096
 # another recording [ns].
 _OVERTAKEN = 256
 _NEW_RECORDING_NS = 1_000_000_000
+# Farther back than messages are late [ns].
+_BACK_NS = 100_000_000
+_FEWEST_BEHIND = 20
+# One stamp in eight is remembered, by a multiplicative hash.
+_HASH_FACTOR, _HASH_SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
 
 
 class ByStamp:
@@ -194,3 +206,78 @@ class _Periods:
 def _widened(span, times):
     first, last = int(times.min()), int(times.max())
     return (first, last) if span is None else (min(span[0], first), max(span[1], last))
+
+
+class Loop:
+    """
+    Looks at the stamps of one topic in the order of a recording.
+
+    Two publishers whose clocks are apart have stamps that go back as well, but not the same ones.
+    """
+
+    def __init__(self) -> None:
+        self._newest: int | None = None
+        self._known: list[np.ndarray] = []
+        self._behind = self._asked = self._again = self._back_ns = 0
+
+    def add(self, t_ns: np.ndarray) -> None:
+        """Take stamps [ns]."""
+        if not len(t_ns):
+            return
+        newest = np.maximum.accumulate(t_ns)
+        if self._newest is not None:
+            newest = np.maximum(newest, self._newest)
+        back = newest - t_ns
+        behind = back > _BACK_NS
+        self._newest = int(newest[-1])
+        remembered = (t_ns.astype(np.uint64) * _HASH_FACTOR) >> _HASH_SHIFT == 0
+        self._known.append(t_ns[remembered & ~behind])
+        if behind.any():
+            asked = t_ns[remembered & behind]
+            known = np.concatenate(self._known)
+            self._known = [known]
+            self._behind += int(behind.sum())
+            self._asked += len(asked)
+            self._again += int(np.isin(asked, known).sum())
+            self._back_ns = max(self._back_ns, int(back.max()))
+
+    @property
+    def seconds(self) -> float:
+        """How far stamps went back, at most, to come again [s]; 0: there is no loop."""
+        some = self._behind >= _FEWEST_BEHIND and self._asked > 0
+        return self._back_ns * 1e-9 if some and 2 * self._again > self._asked else 0.0
+
+
+def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[Item]:
+    """
+    Yield every message, one that is late where it belongs.
+
+    As late as the pipeline takes it back to: `filter.late_window`, joint states `joints.delay`
+    beside. Nothing is put before a message without a stamp, as a call of reset or tare, or
+    before a clock that jumped back.
+    """
+    joints = absolute(configuration.topics.joint_states)
+    delay_ns = round(configuration.joints.delay * 1e9)
+    window_ns = round(configuration.filter.late_window * 1e9)
+    window_ns += max(delay_ns, 0) if window_ns else 0
+    waiting, newest = [], None
+    for number, item in enumerate(items):
+        # A call of reset or tare has none, nor has what is malformed.
+        t_ns = getattr(item.sample, "t_ns", None)
+        of_joints = item.topic == joints
+        if t_ns is not None and of_joints:
+            t_ns -= delay_ns
+        if t_ns is None or newest is None or newest - t_ns > STAMP_ORDER.clock_jump_ns + window_ns:
+            while waiting:
+                yield heappop(waiting)[-1]
+            newest = t_ns
+        if t_ns is None:
+            yield item
+            continue
+        newest = max(newest, t_ns)
+        # Of one stamp, joint states come before the wrench.
+        heappush(waiting, (t_ns, not of_joints, number, item))
+        while waiting and waiting[0][0] <= newest - window_ns:
+            yield heappop(waiting)[-1]
+    while waiting:
+        yield heappop(waiting)[-1]

@@ -36,15 +36,13 @@ from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.ros import parameters as node_parameters
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.arrivals import WaitingMessages
 from peg_on_hole_ros.ros.arrivals_file import ArrivalsFile
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
+from peg_on_hole_ros.ros.inputs import WaitingMessages, subscribe, take_waiting, why_silent
 from peg_on_hole_ros.ros.lifecycle import aloud
-from peg_on_hole_ros.ros.lost_messages import subscribe, take_waiting
 from peg_on_hole_ros.ros.parameter_services import serve_parameters
 from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
-from peg_on_hole_ros.ros.silence import why_silent
 from peg_on_hole_ros.safe_text import printable, shown
 from peg_on_hole_ros.startup.compiling import in_quarters, watched
 from peg_on_hole_ros.startup.interrupt import ended_by_signals, note_signals

@@ -15,7 +15,7 @@ from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
 from peg_on_hole_ros.diagnosis.suspected.suspect import has_part
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.monitor import still_possible
-from peg_on_hole_ros.replay.loops import Loop
+from peg_on_hole_ros.replay.stamps import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init

@@ -9,7 +9,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.ros_messages import to_ros
-from peg_on_hole_ros.ros.arrivals import WaitingMessages
+from peg_on_hole_ros.ros.inputs import WaitingMessages
 
 encode = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
 times = st.lists(st.integers(0, 50), max_size=20)

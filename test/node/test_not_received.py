@@ -10,7 +10,7 @@ from inputs import joints, wrench
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.lost_messages import Numbered
+from peg_on_hole_ros.ros.inputs import Numbered
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 
 MS = 1_000_000

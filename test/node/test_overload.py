@@ -10,8 +10,8 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.arrivals import WaitingMessages
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
+from peg_on_hole_ros.ros.inputs import WaitingMessages
 
 ENCODE = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
 MS = 1_000_000
