@@ -11,7 +11,7 @@ SIX_QUANTITIES = (*ANGLES, *CONTACTS)
 ALARM_LEVELS = ("OK", "WARN", "ERROR")
 # Settings that a motion may leave untold, by what each would cost; `diagnosis.suspected` has them
 # in `unobservable`.
-UNTOLD = (
+WEIGHED_SETTINGS = (
     "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
     "lever",
 )  # fmt: skip

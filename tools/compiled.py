@@ -61,7 +61,7 @@ def estimator() -> None:
     configuration = stored_configuration(Bag(BAG))
     samples = list(bag_samples(BAG, configuration))
     runs.run(configuration, samples[:FEW], perf_counter)
-    told = runs.told_of_contact(configuration)
+    told = runs.always_in_contact(configuration)
     for each in ESTIMATORS:
         if each.rate == WRENCH_RATES[0]:
             runs.run(told, samples[:FEW], perf_counter, each.make)

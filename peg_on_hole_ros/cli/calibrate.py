@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
             found = calibrate(record, configuration, progress)
         values = start | calibration_text.parameters(found, to_parameters(configuration))
         heading = calibration_text.heading(found, str(bag.path), origin)
-        text = _text(found, arguments.out)
+        text = _calibration_text(found, arguments.out)
     from_parameters(values)
     if left_out:
         text, heading = (f"{each}\n{_left_out(left_out)}" for each in (text, heading))
@@ -150,7 +150,7 @@ def read_recording(
     return record
 
 
-def _text(found, out):
+def _calibration_text(found, out):
     lines = [
         table(
             ("", "start", "likeliest", "95 % interval", "unit", "written"),

@@ -51,7 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     if overlay:
         page = comparison_page(arguments.a, arguments.b, result, overlay, configuration)
         write_text(arguments.report, page)
-    print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
+    print(
+        to_json(result) if arguments.json else _comparison_text(result, arguments.a, arguments.b)
+    )
     if damage:
         raise BagDamaged(damage)
     return 0
@@ -253,7 +255,7 @@ def _value(text):
     return None if text is None else json.loads(text)
 
 
-def _text(result, a, b):
+def _comparison_text(result, a, b):
     stamps = result["stamps"]
     lines = [
         f"A: {a}",

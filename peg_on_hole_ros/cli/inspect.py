@@ -49,10 +49,10 @@ def run(arguments: argparse.Namespace) -> int:
             told = observability_text.observe(bag, configuration, progress)
         result["observability"] = observability_text.content(told)
     if told and not arguments.json:
-        text = [_text(as_printed(result)), "", "of these parameters the motion tells"]
+        text = [_topics_text(as_printed(result)), "", "of these parameters the motion tells"]
         print("\n".join([*text, *(f"  {line}" for line in observability_text.lines(told))]))
         return _ended(bag, error)
-    print(to_json(result) if arguments.json else _text(as_printed(result)))
+    print(to_json(result) if arguments.json else _topics_text(as_printed(result)))
     return _ended(bag, error)
 
 
@@ -218,7 +218,7 @@ def as_printed(content: object) -> object:
     return printable(content) if isinstance(content, str) else content
 
 
-def _text(result):
+def _topics_text(result):
     rows = [
         (
             topic["name"],

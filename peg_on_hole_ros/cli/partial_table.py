@@ -57,7 +57,7 @@ class PartialTable:
 
     def add(self, rows: Iterable[Sequence]) -> None:
         """Append rows; they are on the disk when this returns."""
-        texts = [[_text(value) for value in row] for row in rows]
+        texts = [[_cell_text(value) for value in row] for row in rows]
         self.rows += texts
         self._writer.writerows(texts)
         self._file.flush()
@@ -79,11 +79,11 @@ def write_table(path: Path, columns: Sequence[str], rows: Iterable[Sequence]) ->
     with done.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows([[_text(value) for value in row] for row in rows])
+        writer.writerows([[_cell_text(value) for value in row] for row in rows])
     done.replace(path)
 
 
-def _text(value) -> str:
+def _cell_text(value) -> str:
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"
     return str(value)

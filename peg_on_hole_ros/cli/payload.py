@@ -26,7 +26,7 @@ def found_payload(record: Recording, configuration: Configuration) -> tuple[dict
     # A zero or a payload that is stated is found anew, whole.
     wrench = replace(configuration.wrench, payload_mass=0.0)
     found = find_payload(record, replace(configuration, wrench=wrench))
-    return _parameters(found), _text(found)
+    return _parameters(found), _payload_text(found)
 
 
 def _parameters(found: Payload):
@@ -53,7 +53,7 @@ def _rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _text(found: Payload):
+def _payload_text(found: Payload):
     rows = [("payload_mass", f"{found.mass:.4g}", _spread(found.mass_stddev), "kg")]
     for name, values, spreads, unit in (
         ("payload_com", found.com, found.com_stddev, "m"),

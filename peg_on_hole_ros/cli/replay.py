@@ -72,7 +72,7 @@ def _one_bag(arguments, out):
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    print(_text(result, score, doubts, words(result["untold"], configuration)))
+    print(_summary_text(result, score, doubts, words(result["untold"], configuration)))
     if not configuration.monitor.modes:
         print(UNJUDGED)
     if no_page is not None:
@@ -294,7 +294,7 @@ class _Writer:
         self._writer.write_columns(PREFIX, columns)
 
 
-def _text(result, score, doubts, untold):
+def _summary_text(result, score, doubts, untold):
     messages = result["messages"]
     transition = result["transition_time"]
     lines = [

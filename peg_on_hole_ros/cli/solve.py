@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         "--wrench", arguments.wrench or _WRENCH_DEFAULT, "N, N, N, N m, N m, N m", _LARGEST_WRENCH
     )
     result = solve(configuration.scene, state, wrench)
-    print(to_json(result) if arguments.json else _text(result))
+    print(to_json(result) if arguments.json else _solution_text(result))
     return 0
 
 
@@ -97,7 +97,7 @@ def _six(name, text, units, most):
     return values
 
 
-def _text(result):
+def _solution_text(result):
     angles = table(
         ("", *ANGLES),
         [("acceleration [rad/s^2]", *(f"{result['acceleration'][a]:.6g}" for a in ANGLES))],

@@ -199,7 +199,7 @@ def _within(row, name, value):
     if isfinite(value) and row.low <= value <= row.high:
         return
     unit = f" {row.unit}" if row.unit else ""
-    remedy = f"the default is {_text(row.default)}{unit}"
+    remedy = f"the default is {_default_text(row.default)}{unit}"
     if row.unit in ("rad", "rad/s") and isfinite(value) and row.low <= radians(value) <= row.high:
         per = " a second" if row.unit == "rad/s" else ""
         remedy = f"degrees? {value:g} of them{per} are {radians(value):.6g}{unit}"
@@ -316,7 +316,7 @@ def check_topics(topics: Topics) -> None:
         )
 
 
-def _text(default):
+def _default_text(default):
     return str(list(default)) if isinstance(default, tuple) else f"{default:g}"
 
 

@@ -156,7 +156,7 @@ def calibrate(
             f"{fewest} are needed: {shortfall(record, start)}"
         )
     moved = motion(record)
-    told = _told_before(progress)
+    told = _counted_progress(progress)
     found = _Found.of(record, moved, parts, start, told)
     if found is None or found.nis > SCORING.explained_nis:
         farther = _thinned(steady(record, start, CALIBRATED_RECORDING.farther_tilt))
@@ -182,16 +182,16 @@ def calibrate(
     )
 
 
-def _told_before(progress):
+def _counted_progress(progress):
     """Return what is called after each run: ever nearer to the end, also where it takes long."""
     count = 0
 
-    def told():
+    def count_run():
         nonlocal count
         count += 1
         progress(1.0 - 2.0 ** (-2.0 * count / CALIBRATION_SEARCH.usual_runs))
 
-    return told
+    return count_run
 
 
 def _count(parts):

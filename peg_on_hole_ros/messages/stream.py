@@ -153,7 +153,7 @@ class MessageStream:
         self.t_ns = int(rows.t_ns[-1])
         judged = self.pipeline.judged if self.pipeline.expecting else None
         columns = OutputColumns(rows, self._outputs.said(rows, judged))
-        columns.add((place, _told(ended)) for place, ended in self._cycles.take(columns))
+        columns.add((place, _cycle_messages(ended)) for place, ended in self._cycles.take(columns))
         return columns
 
     def publish_wrench(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
@@ -232,7 +232,7 @@ class MessageStream:
 
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""
-        return _told(self._cycles.finish())
+        return _cycle_messages(self._cycles.finish())
 
     def on_joints(self, message: Any) -> None:
         """Take a sensor_msgs/JointState in any form."""
@@ -331,7 +331,7 @@ def _pose(t_ns, numbers):
     return layout.message(t_ns, numbers[layout.at])
 
 
-def _told(records):
+def _cycle_messages(records):
     return [("cycle", STRING, {"data": json_line(record)}) for record in records]
 
 

@@ -45,7 +45,7 @@ def figure(found: dict, narrow: bool = False) -> Figure:
         verdicts = [[place[n].verdict for place in found[q.name]] for q in quantities]
         _panel(axis, verdicts, [q.label for q in quantities] if n % columns == 0 else [])
         axis.set_title(name, loc="left", fontsize=8.5, weight="bold", pad=4)
-        axis.set_title(_said(verdicts), loc="right", fontsize=8, pad=4)
+        axis.set_title(_held_count(verdicts), loc="right", fontsize=8, pad=4)
         if n >= len(study.METHODS) - columns:
             axis.set_xlabel("low  →  high", fontsize=8)
     for axis in axes.flat[len(study.METHODS) :]:
@@ -67,6 +67,6 @@ def _panel(axis, verdicts, labels):
     axis.tick_params(axis="y", length=0)
 
 
-def _said(verdicts):
+def _held_count(verdicts):
     known = [verdict for row in verdicts for verdict in row if verdict is not Verdict.NONE]
     return f"{known.count(Verdict.HOLDS)} of {len(known)}"

@@ -4,7 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS, UNTOLD
+from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS, WEIGHED_SETTINGS
 
 VERSION = 1
 # Why no reaction is told, though the outputs had some.
@@ -95,7 +95,7 @@ class Summary:
             "duration": self._passed.ns * 1e-9,
             "transition_time": self._transition,
             "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
-            "untold": dict(zip(UNTOLD, self._untold or [None] * len(UNTOLD))),
+            "untold": dict(zip(WEIGHED_SETTINGS, self._untold or [None] * len(WEIGHED_SETTINGS))),
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())
             },
@@ -110,7 +110,7 @@ def without_reactions(content: dict) -> dict:
     return content | {
         "reactions_void": VOID,
         "max_normal": nothing,
-        "untold": dict.fromkeys(UNTOLD),
+        "untold": dict.fromkeys(WEIGHED_SETTINGS),
         "cycles": [
             cycle | {"peak_normal": nothing, "mean_normal": nothing} for cycle in content["cycles"]
         ],

@@ -57,7 +57,7 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
     stated = [name for name in ("sensor_xyz", "sensor_rpy") if _is_stated(wrench, name)]
     pose = _on_peg(joints, frame)
     if isinstance(pose, str):
-        told = f"{pose}; the sensor is taken to sit at {_said(wrench)}"
+        told = f"{pose}; the sensor is taken to sit at {_mounting_text(wrench)}"
         return Mounting(wrench, "" if stated or not pose else told)
     found = replace(wrench, sensor_xyz=pose[0], sensor_rpy=pose[1])
     off = [name for name in stated if not _alike(wrench, found, name)]
@@ -65,17 +65,19 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
         given = " and ".join(f"wrench.{name} = {list(getattr(wrench, name))}" for name in off)
         raise PegOnHoleError(
             f"{given} is not where {named(joints)} has {shown(frame)}, the frame_id of the "
-            f"wrench: {_said(found)}; take it out, or state wrench.sensor_pose: stated"
+            f"wrench: {_mounting_text(found)}; take it out, or state wrench.sensor_pose: stated"
         )
     used = replace(found, **{name: getattr(wrench, name) for name in stated})
-    return Mounting(used, "" if used == wrench else f"sensor: at {shown(frame)}, {_said(found)}")
+    return Mounting(
+        used, "" if used == wrench else f"sensor: at {shown(frame)}, {_mounting_text(found)}"
+    )
 
 
 def _is_stated(wrench, name):
     return getattr(wrench, name) != getattr(_DEFAULT_INPUT, name)
 
 
-def _said(wrench):
+def _mounting_text(wrench):
     xyz, rpy = (
         ", ".join(f"{x:.6g}" for x in values) for values in (wrench.sensor_xyz, wrench.sensor_rpy)
     )

@@ -83,10 +83,10 @@ def description_of(options: JointInput) -> str:
     """
     if awaited(options):
         raise PegOnHoleError("joints.urdf = 'topic': no description has come yet")
-    return options.description or _text(urdf_path(options))
+    return options.description or _urdf_text(urdf_path(options))
 
 
-def _text(path):
+def _urdf_text(path):
     check_regular(path)
     try:
         return path.read_text(encoding="utf-8")

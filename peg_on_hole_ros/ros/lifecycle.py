@@ -1,4 +1,4 @@
-"""Transitions of a lifecycle node that fail aloud: rclpy drops their errors without a word."""
+"""Transitions of a lifecycle node whose errors are logged: rclpy drops them silently."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -10,7 +10,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 Transition = Callable[..., TransitionCallbackReturn]
 
 
-def aloud(transition: Transition) -> Transition:
+def log_errors(transition: Transition) -> Transition:
     """
     Have an error of a transition logged, and answered as one: `on_error` of the node is next.
 
@@ -22,7 +22,7 @@ def aloud(transition: Transition) -> Transition:
     """
 
     @wraps(transition)
-    def told(node, state):
+    def logged(node, state):
         try:
             return transition(node, state)
         except Exception as error:
@@ -32,4 +32,4 @@ def aloud(transition: Transition) -> Transition:
             node.get_logger().error(str(error) if known else f"cannot {what}: {error!r}")
             return TransitionCallbackReturn.ERROR
 
-    return told
+    return logged

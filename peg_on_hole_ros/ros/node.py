@@ -39,12 +39,12 @@ from peg_on_hole_ros.ros import process
 from peg_on_hole_ros.ros.arrivals_file import ArrivalsFile
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.inputs import WaitingMessages, subscribe, take_waiting, why_silent
-from peg_on_hole_ros.ros.lifecycle import aloud
+from peg_on_hole_ros.ros.lifecycle import log_errors
 from peg_on_hole_ros.ros.parameter_services import serve_parameters
 from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
 from peg_on_hole_ros.safe_text import printable, shown
-from peg_on_hole_ros.startup.compiling import in_quarters, watched
+from peg_on_hole_ros.startup.compiling import log_quarters, watched
 from peg_on_hole_ros.startup.interrupt import ended_by_signals, note_signals
 from peg_on_hole_ros.startup.one_line import exit_code
 
@@ -100,13 +100,13 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         node_parameters.describe(self)
         self.add_post_set_parameters_callback(self._take_parameters)
 
-    @aloud
+    @log_errors
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         self.configuration, self.options = node_parameters.read(self)
         self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
-        with watched(in_quarters(self.get_logger().info)):  # type: ignore[arg-type]
+        with watched(log_quarters(self.get_logger().info)):  # type: ignore[arg-type]
             warm(self.configuration, to_ros)
         # What the first alarm plans with.
         import_module("scipy.special")
@@ -123,7 +123,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._services_made.append(service)
         return super().on_configure(state)
 
-    @aloud
+    @log_errors
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to listen."""
         topics = self.configuration.topics
@@ -154,25 +154,25 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         )
         return super().on_activate(state)
 
-    @aloud
+    @log_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop listening; the estimate is kept, a gap in the stamps is bridged."""
         self._stop_listening()
         return super().on_deactivate(state)
 
-    @aloud
+    @log_errors
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish record and try, forget the estimate."""
         self._release()
         return SUCCESS
 
-    @aloud
+    @log_errors
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish record and try."""
         self._release()
         return SUCCESS
 
-    @aloud
+    @log_errors
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of what a transition that failed has left, so that the node can be configured."""
         self._release()
@@ -211,7 +211,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._recording.close()
         if self._stream is not None:
             ended = self._stream.finish()
-            self._outputs.say_last(ended)
+            self._outputs.publish_last(ended)
             self._log_cycles(ended)
 
     def _stop_listening(self):
@@ -291,14 +291,14 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         return self._deserialised("joints", JOINTS_TYPE, payload)
 
     def _failed(self, what, error):
-        """Count and tell an error of the program, and begin anew: a cell needs its monitor."""
+        """Count and log an error of the program, and begin anew: a cell needs its monitor."""
         self._stream.failed(what)
-        self._tell(what, error, "the filter is restarted")
+        self._log_error(what, error, "the filter is restarted")
         # Nobody knows where the error left the filter, or what it had learnt by then.
         self._recording.event("reset")
         self._stream.on_event("reset")
 
-    def _tell(self, what, error, then):
+    def _log_error(self, what, error, then):
         text = "".join(format_exception(error))
         self.get_logger().error(
             f"an error of the program at {what}: {error!r}; {then}\n{text}",
@@ -352,7 +352,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         try:
             self._publish_diagnostics()
         except Exception as error:
-            self._tell("the diagnostics", error, "the next report is in a second")
+            self._log_error("the diagnostics", error, "the next report is in a second")
 
     def _publish_diagnostics(self):
         now_ns = time.monotonic_ns()

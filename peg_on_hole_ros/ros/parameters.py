@@ -27,7 +27,7 @@ from peg_on_hole_ros.config.parameters_file import load_yaml, read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.urdf_source import beside
 from peg_on_hole_ros.safe_text import printable
-from peg_on_hole_ros.startup.one_line import said
+from peg_on_hole_ros.startup.one_line import exit_code_and_text
 
 
 def declare(node: Node) -> None:
@@ -173,7 +173,7 @@ def refusal(node: Node, configured: bool, changed: Iterable[Parameter]) -> SetPa
 
 
 def _refused(error):
-    reason = printable(said(error)[1])
+    reason = printable(exit_code_and_text(error)[1])
     return SetParametersResult(successful=False, reason=reason)
 
 

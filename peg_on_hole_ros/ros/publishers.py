@@ -64,23 +64,23 @@ class Publishers:
             # Nobody who comes later would be given it.
             if handle.get_subscription_count():
                 handle.publish_raw(payload)
-        self.say(published.said)
+        self.publish_all(published.said)
         if self._tf is not None:
             transform = self._transforms.message(published.t_ns, published.pose)
             if transform is not None:
                 self._tf.publish(self._encode_tf(transform))
 
-    def say(self, messages: Iterable[Message]) -> None:
+    def publish_all(self, messages: Iterable[Message]) -> None:
         """Publish messages in their order, whether or not the node is active."""
         for suffix, _, fields in messages:
             # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes. And
             # rclpy's own publish asks for each message whether the node is active, and its type.
             self._outputs[suffix].handle.publish_raw(self._encoders[suffix](fields))
 
-    def say_last(self, messages: Iterable[Message]) -> None:
+    def publish_last(self, messages: Iterable[Message]) -> None:
         """Publish messages behind which the publishers go, also of a node that is not active."""
         for message in messages:
-            self.say([message])
+            self.publish_all([message])
             # With a publisher DDS lets go of what nobody has acknowledged.
             self._outputs[message[0]].wait_for_all_acked(_HEARD)
 

@@ -13,18 +13,18 @@ _PACKAGE = __name__.partition(".")[0] + "."
 
 
 @contextmanager
-def watched(tell: Callable[[float], None]) -> Iterator[None]:
+def watched(progress: Callable[[float], None]) -> Iterator[None]:
     """
-    Call `tell` with the share that is compiled, once a function is begun and as each is done.
+    Call `progress` with the share that is compiled, once a function is begun and as each is done.
 
     Parameters
     ----------
-    tell : callable
+    progress : callable
         Is given 0 at first, and never where all is kept from an earlier start. Some of the
         package's functions may not be needed, so the share need not come to 1.
 
     """
-    listener = _Listener(tell)
+    listener = _Listener(progress)
     event.register("numba:compile", listener)
     try:
         yield
@@ -32,34 +32,34 @@ def watched(tell: Callable[[float], None]) -> Iterator[None]:
         event.unregister("numba:compile", listener)
 
 
-def in_quarters(log: Callable[[str], None]) -> Callable[[float], None]:
-    """Return what is to be told, for a log: a line at the beginning and for each quarter."""
-    told = [-1]
+def log_quarters(log: Callable[[str], None]) -> Callable[[float], None]:
+    """Return what takes the share that is done, and logs the beginning and each quarter."""
+    logged = [-1]
 
-    def tell(share):
-        if (quarter := int(4 * share)) > told[0]:
-            told[0] = quarter
+    def log_share(share):
+        if (quarter := int(4 * share)) > logged[0]:
+            logged[0] = quarter
             log(f"compiling: {25 * quarter} %" if quarter else COMPILING)
 
-    return tell
+    return log_share
 
 
 class _Listener(event.Listener):
-    def __init__(self, tell):
-        self._tell, self._done = tell, set()
+    def __init__(self, progress):
+        self._progress, self._done = progress, set()
         self._total = 0
 
     def on_start(self, event):
         if not self._total and _own(event.data["dispatcher"]):
             self._total = max(len(_functions()), 1)
-            self._tell(0.0)
+            self._progress(0.0)
 
     def on_end(self, event):
         function = event.data["dispatcher"]
         if self._total and _own(function):
             # One that is compiled for other types again is not another one.
             self._done.add(id(function))
-            self._tell(min(len(self._done) / self._total, 1.0))
+            self._progress(min(len(self._done) / self._total, 1.0))
 
 
 def _own(function):

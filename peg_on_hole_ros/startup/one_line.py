@@ -20,7 +20,7 @@ _LONGEST_TEXT = 400
 
 def exit_code(act: Callable[[], int | None]) -> int:
     """
-    Do something and return its exit code; what it raises is told in one line.
+    Do something and return its exit code; what it raises is printed in one line.
 
     Parameters
     ----------
@@ -40,15 +40,15 @@ def exit_code(act: Callable[[], int | None]) -> int:
         if isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt):
             # C that went on with it, and whose caller noticed.
             return INTERRUPTED
-        code, text = said(error)
+        code, text = exit_code_and_text(error)
         if code == INTERNAL and os.environ.get(TRACEBACK):
             traceback.print_exc()
-        tell(text)
+        print_error(text)
         return code
 
 
-def said(error: Exception) -> tuple[int, str]:
-    """Return the exit code that an error stands for, and what is said of it."""
+def exit_code_and_text(error: Exception) -> tuple[int, str]:
+    """Return the exit code that an error stands for, and its text."""
     if isinstance(error, PegOnHoleError):
         return error.exit_code, str(error)
     if isinstance(error, OSError):
@@ -64,14 +64,14 @@ def said(error: Exception) -> tuple[int, str]:
     )
 
 
-def tell(text: str) -> None:
+def print_error(text: str) -> None:
     """Print the line of an error."""
     print(f"{PROGRAM}: error: {printable(text)}", file=sys.stderr, flush=True)
 
 
 def described(error: BaseException) -> str:
     """Return an unforeseen error as a short text, with the place where it was raised."""
-    said = cut(printable(error), _LONGEST_TEXT)
+    text = cut(printable(error), _LONGEST_TEXT)
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     place = f" at {os.path.basename(frames[-1].filename)}:{frames[-1].lineno}" if frames else ""
-    return f"{type(error).__name__}{': ' if said else ''}{said}{place}"
+    return f"{type(error).__name__}{': ' if text else ''}{text}{place}"

@@ -21,7 +21,7 @@ from peg_on_hole_ros.study.balance import make_balance, make_small_angle
 from peg_on_hole_ros.study.fewer_freedoms import make_one, make_two
 from peg_on_hole_ros.study.limit import arithmetic
 from peg_on_hole_ros.study.particles import make_particles
-from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact
+from peg_on_hole_ros.study.runs import Errors, always_in_contact, errors, run, thinned
 from peg_on_hole_ros.study.scenes import bound_along, least_errors
 from peg_on_hole_ros.study.smoothed import make_smoothed
 from peg_on_hole_ros.study.unscented import make_unscented
@@ -179,7 +179,7 @@ def scores(
 
     """
     judged = truth.plan.configuration
-    configuration = told_of_contact(judged)
+    configuration = always_in_contact(judged)
     found: list[list[Errors]] = [[] for _ in chosen]
     spent: list[list[float]] = [[] for _ in chosen]
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
@@ -217,7 +217,7 @@ def limit_score(
     case: str, truth: Truth, seeds: Iterable[int], clock: Callable[[], float]
 ) -> ChartScore:
     """Return what the default's arithmetic alone costs; parameters as for `scores`."""
-    configuration = told_of_contact(truth.plan.configuration)
+    configuration = always_in_contact(truth.plan.configuration)
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
     seconds = [arithmetic(configuration, list(measure(truth, seed)), clock) for seed in seeds]
     nothing = float("nan")

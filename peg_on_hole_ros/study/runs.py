@@ -77,7 +77,7 @@ def thinned(samples: Iterable, period_ns: int) -> list:
     return [sample for sample in samples if (sample.t_ns - START_NS) % period_ns == 0]
 
 
-def told_of_contact(configuration: Configuration) -> Configuration:
+def always_in_contact(configuration: Configuration) -> Configuration:
     """Return a configuration by which the peg is taken as on three contacts all the time."""
     return replace(configuration, monitor=replace(configuration.monitor, modes=False))
 

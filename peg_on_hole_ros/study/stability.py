@@ -16,7 +16,7 @@ from peg_on_hole_ros.sim.truth import Truth, integrate
 from peg_on_hole_ros.study.balance import make_balance
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
 from peg_on_hole_ros.study.particles import make_particles
-from peg_on_hole_ros.study.runs import errors, run, told_of_contact
+from peg_on_hole_ros.study.runs import always_in_contact, errors, run
 from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
 from peg_on_hole_ros.study.unscented import make_unscented
 
@@ -196,7 +196,7 @@ _BADNESS = {verdict: k for k, verdict in enumerate(Verdict)}
 
 def _judged(name, truth, samples, make):
     with np.errstate(invalid="ignore", over="ignore"):
-        track = run(told_of_contact(truth.plan.configuration), samples, _no_clock, make)
+        track = run(always_in_contact(truth.plan.configuration), samples, _no_clock, make)
         off = errors(truth, track)
     verdict = Verdict.HOLDS
     if off.lost:

@@ -108,7 +108,7 @@ def test_lengths_of_a_small_tilt_go_over_into_the_true_ones():
 
 
 def test_the_limit_takes_the_estimator_s_own_steps(motion):
-    configuration = runs.told_of_contact(motion.plan.configuration)
+    configuration = runs.always_in_contact(motion.plan.configuration)
     made = []
 
     def make(*given):

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from cli_helpers import COMMANDS, ROOT
-from peg_on_hole_ros.startup.compiling import in_quarters
+from peg_on_hole_ros.startup.compiling import log_quarters
 
 HEAVY = {
     "numpy", "scipy", "numba", "llvmlite", "yaml", "mcap", "mcap_ros2", "rosbags", "rclpy",
@@ -92,7 +92,7 @@ def test_compiling_is_told_with_progress_and_done_once_for_all_ways_of_starting(
 
 def test_a_log_is_told_how_long_compiling_takes_and_each_quarter_once():
     lines = []
-    tell = in_quarters(lines.append)
+    tell = log_quarters(lines.append)
     for share in (0.0, 0.1, 0.3, 0.31, 0.8, 1.0):
         tell(share)
     assert lines[0].endswith("first start of this version only: one to four minutes")

@@ -20,7 +20,7 @@ from peg_on_hole_ros.errors import BagDamaged, BagError
 from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 from peg_on_hole_ros.report.provenance import hash_file
 from peg_on_hole_ros.safe_text import printable
-from peg_on_hole_ros.startup.one_line import said
+from peg_on_hole_ros.startup.one_line import exit_code_and_text
 
 SUMMARY, REPORT, ESTIMATE = "summary.json", "report.html", "estimate.mcap"
 # A bag that cannot be read stays so; what went wrong otherwise may have been the machine's.
@@ -83,7 +83,7 @@ def work(task: Task) -> dict:
                 return before | {"path": printable(task.path), "done_before": True}
             found = _replayed(task)
         except Exception as error:
-            code, text = said(error)
+            code, text = exit_code_and_text(error)
             found = {"exit_code": code, "error": printable(text)}
     # Of many bags each says what is usual.
     usual = printable(f"configuration: that in {task.bag}")

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.record import scene_of
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
 from peg_on_hole_ros.measurements.measurement import skew
-from peg_on_hole_ros.records import UNTOLD
+from peg_on_hole_ros.records import WEIGHED_SETTINGS
 from peg_on_hole_ros.typed_record import new
 
 # Between two looks [ns]: wrenches between tell one another's news.
@@ -48,7 +48,7 @@ class Kind(NamedTuple):
     what: str
 
 
-# Of each of UNTOLD. Torques are those of a hole of 50 mm; the clearance is a share.
+# Of each of WEIGHED_SETTINGS. Torques are those of a hole of 50 mm; the clearance is a share.
 KINDS = (
     Kind(1, 0.05, "", "of friction"),
     Kind(1, 0.1, "of it", "of clearance"),
@@ -251,7 +251,7 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
 def words(costs: dict[str, float | None], configuration: Configuration) -> str:
     """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
     told = []
-    for name, kind, offset in zip(UNTOLD, KINDS, offsets_of(configuration).tolist()):
+    for name, kind, offset in zip(WEIGHED_SETTINGS, KINDS, offsets_of(configuration).tolist()):
         if (cost := costs[name]) is not None and cost >= 1.0:
             told.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
     found = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(told, reverse=True)]
