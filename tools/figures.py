@@ -73,7 +73,7 @@ def stability_table(found) -> str:
     """Return the table of the map: in how many places each method comes to what."""
     shown = [one for one in stability.Verdict if one is not stability.Verdict.NONE]
     lines = [("places", *(one.value for one in shown), "reactions off, median [%]")]
-    for k, name in enumerate(stability.METHODS):
+    for k, name in enumerate(stability.COMPARED_METHODS):
         own = [place[k] for places in found.values() for place in places]
         counts = [sum(one.verdict is verdict for one in own) for verdict in shown]
         off = median(one.reactions for one in own if one.reactions == one.reactions)

@@ -28,7 +28,9 @@ def run(arguments: Namespace) -> int:
         FIRST_MAP_SEED, FIRST_MAP_SEED + (QUICK_MAP_SEEDS if arguments.quick else MAP_SEEDS)
     )
     state = f"# {source_key()} {count} {len(seeds)} {asdict(configuration)}"
-    rows = PartialTable(folder / "stability.csv", study.MAP_COLUMNS, state, len(study.METHODS))
+    rows = PartialTable(
+        folder / "stability.csv", study.MAP_COLUMNS, state, len(study.COMPARED_METHODS)
+    )
     try:
         found = _examine_all(rows, count, seeds, configuration)
     except BaseException:
@@ -48,7 +50,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _examine_all(rows, count, seeds, configuration):
-    width, done = len(study.METHODS), 0
+    width, done = len(study.COMPARED_METHODS), 0
     with ProgressBar("stability") as progress:
         for axis in study.MAP_AXES:
             for place in axis.places(count):
@@ -64,7 +66,7 @@ def _examine_all(rows, count, seeds, configuration):
 
 def found_in(rows: Sequence[Sequence]) -> dict:
     """Return what the picture draws of the rows of `stability.csv`."""
-    found, width, first = {}, len(study.METHODS), len(study.MapPlace._fields) + 1
+    found, width, first = {}, len(study.COMPARED_METHODS), len(study.MapPlace._fields) + 1
     for begun in range(0, len(rows), width):
         place = rows[begun : begun + width]
         found.setdefault(place[0][0], []).append([_result(row[first:]) for row in place])
@@ -80,7 +82,7 @@ def summary(found: dict) -> str:
     """Return in how many places each method comes to what, of those with a motion."""
     shown = [verdict for verdict in study.Verdict if verdict is not study.Verdict.NONE]
     lines = []
-    for k, method in enumerate(study.METHODS):
+    for k, method in enumerate(study.COMPARED_METHODS):
         verdicts = [place[k].verdict for places in found.values() for place in places]
         lines.append([method, *(str(verdicts.count(verdict)) for verdict in shown)])
     return table(["places", *(verdict.value for verdict in shown)], lines)

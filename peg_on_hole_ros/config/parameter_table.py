@@ -63,7 +63,7 @@ LIVE = (
     "markers_rate",
 )
 # Values of `filter.method`, each with what the estimator is; `estimator.methods` has them.
-METHODS = {
+METHOD_NAMES = {
     "mixture": "a mixture of frictions and of levels of acceleration",
     "one_level": "one level and one friction",
     "dde_driven": "the wide-prior limit, driven by the dynamic equations",
@@ -294,8 +294,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "method",
-        f"the estimator: {'; '.join(METHODS.values())}",
-        choices=tuple(METHODS),
+        f"the estimator: {'; '.join(METHOD_NAMES.values())}",
+        choices=tuple(METHOD_NAMES),
     ),
     _filter(
         "max_gap",

@@ -19,7 +19,7 @@ derivatives = compiled(generated.derivatives)
 JACOBIAN_WIDTH = 14
 
 
-class Load(NamedTuple):
+class AppliedLoad(NamedTuple):
     """What acts on the peg beside the contacts, along (h, e, z), about the mass centre."""
 
     applied: tuple[float, float, float, float, float, float]
@@ -159,7 +159,7 @@ def _wrench_in_hez(p, geo, x, u, work):
     M_z = work[r + 6] * u[3] + work[r + 7] * u[4] + work[r + 8] * u[5]
     weight_h = p.m * (cpsi * p.g_x + spsi * p.g_y)
     weight_e = p.m * (cpsi * p.g_y - spsi * p.g_x)
-    return Load((F_h, F_e, F_z, M_h, M_e, M_z), weight_h, weight_e, p.m * p.g_z)
+    return AppliedLoad((F_h, F_e, F_z, M_h, M_e, M_z), weight_h, weight_e, p.m * p.g_z)
 
 
 @compiled

@@ -35,20 +35,20 @@ def figure(found: dict, narrow: bool = False) -> Figure:
 
     """
     columns = 1 if narrow else 3
-    rows = -(-len(study.METHODS) // columns)
+    rows = -(-len(study.COMPARED_METHODS) // columns)
     fig = Figure(figsize=(3.9, 9.6) if narrow else (9.0, 4.6), dpi=_MAP_DPI)
     axes = fig.subplots(rows, columns, squeeze=False)
     edges = (0.42, 0.125, 0.98, 0.965) if narrow else (0.18, 0.16, 0.99, 0.92)
     fig.subplots_adjust(*edges, wspace=0.06, hspace=0.28 if narrow else 0.3)
     quantities = [quantity for quantity in study.MAP_AXES if quantity.name in found]
-    for n, (axis, name) in enumerate(zip(axes.flat, study.METHODS)):
+    for n, (axis, name) in enumerate(zip(axes.flat, study.COMPARED_METHODS)):
         verdicts = [[place[n].verdict for place in found[q.name]] for q in quantities]
         _panel(axis, verdicts, [q.label for q in quantities] if n % columns == 0 else [])
         axis.set_title(name, loc="left", fontsize=8.5, weight="bold", pad=4)
         axis.set_title(_held_count(verdicts), loc="right", fontsize=8, pad=4)
-        if n >= len(study.METHODS) - columns:
+        if n >= len(study.COMPARED_METHODS) - columns:
             axis.set_xlabel("low  →  high", fontsize=8)
-    for axis in axes.flat[len(study.METHODS) :]:
+    for axis in axes.flat[len(study.COMPARED_METHODS) :]:
         axis.set_axis_off()
     patches = [Patch(color=VERDICT_COLORS[verdict], label=verdict.value) for verdict in Verdict]
     fig.legend(

@@ -20,7 +20,7 @@ from peg_on_hole_ros.study.runs import always_in_contact, errors, run
 from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
 from peg_on_hole_ros.study.unscented import make_unscented
 
-METHODS = {
+COMPARED_METHODS = {
     "default": partial(by_method, "mixture"),
     "quasi-static balance": make_balance,
     "no mixture": partial(by_method, "one_level"),
@@ -181,11 +181,11 @@ def examine(place: MapPlace, configuration: Configuration, seeds: Iterable[int])
     """Return what becomes of each method at a place."""
     truth = truth_at(place, configuration)
     if truth is None:
-        return [Result(name, Verdict.NONE, *(float("nan"),) * 4) for name in METHODS]
+        return [Result(name, Verdict.NONE, *(float("nan"),) * 4) for name in COMPARED_METHODS]
     exact = sensor_wrench(truth)
     measured = [list(measure(truth, seed, exact=exact)) for seed in seeds]
     found = []
-    for name, make in METHODS.items():
+    for name, make in COMPARED_METHODS.items():
         results = [_judged(name, truth, samples, make) for samples in measured]
         found.append(max(results, key=lambda result: _BADNESS[result.verdict]))
     return found

@@ -46,7 +46,7 @@ def unwound(scene, options, noise, offsets=None):
 @pytest.mark.nightly
 def test_what_holds_what_errs_and_what_diverges(monkeypatch):
     methods = {"default": make_filter, "surer": surer, "unwound": unwound}
-    monkeypatch.setattr(study, "METHODS", methods)
+    monkeypatch.setattr(study, "COMPARED_METHODS", methods)
     found = {result.method: result for result in examine(MapPlace(), Configuration(), [SEED])}
     assert found["default"].verdict is Verdict.HOLDS
     assert found["default"].reactions_inside > 0.9 and found["default"].states_inside > 0.9
@@ -57,7 +57,7 @@ def test_what_holds_what_errs_and_what_diverges(monkeypatch):
 
 
 def test_the_worst_seed_is_told(monkeypatch):
-    monkeypatch.setattr(study, "METHODS", {"default": make_filter})
+    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter})
     run, calls = study.run, []
 
     def second_is_off(*arguments):
@@ -81,7 +81,7 @@ def test_reactions_that_are_not_told_are_no_error(monkeypatch):
 
     run = study.run
     monkeypatch.setattr(study, "run", silent)
-    monkeypatch.setattr(study, "METHODS", {"default": make_filter})
+    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter})
     (result,) = examine(MapPlace(), Configuration(), [SEED])
     assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
 
@@ -113,7 +113,7 @@ def test_rates_are_those_of_sensors():
 def tiny(monkeypatch):
     monkeypatch.setattr(command, "QUICK_MAP_PLACES", 2)
     monkeypatch.setattr(study, "MAP_AXES", (study.MAP_AXES[0], study.MAP_AXES[4]))
-    monkeypatch.setattr(study, "METHODS", {"default": make_filter, "surer": surer})
+    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter, "surer": surer})
 
 
 @pytest.mark.nightly
