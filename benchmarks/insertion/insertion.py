@@ -24,7 +24,7 @@ FACTORS = (0.5, 0.75, 1.0, 1.25, 1.5)
 LEVELS = {"WARN": 1, "ERROR": 2}
 # A stop that lasts is to be told within [s], [s].
 LASTS, WITHIN = 0.1, 0.1
-# `monitor.contact_force_threshold` [N] and `monitor.rest_speed` [m/s].
+# A peg that is pushed, `monitor.contact_force_threshold` [N], and rests along the hole [m/s].
 PUSHED, RESTS = 1.0, 5e-4
 # Before and after the begin of an alarm [s].
 NEAR = (0.1, 0.2)

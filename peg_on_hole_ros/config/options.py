@@ -83,7 +83,7 @@ class MonitorOptions:
     mode_probability_off: float = 0.3
     mode_change_rate: float = 2.0
     evidence_time: float = 0.005
-    rest_speed: float = 5.0e-4
+    rest_rate: float = 0.01
     transition_probability_on: float = 0.9
     transition_probability_off: float = 0.1
     transition_hold: float = 0.1

@@ -408,7 +408,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e-5,
         1.0,
     ),
-    _monitor("rest_speed", "of contacts, below which the peg is stuck", "m/s", 1e-6, 1.0),
+    _monitor("rest_rate", "turning rate below which the peg is stuck", "rad/s", 1e-5, 10.0),
     _monitor("transition_probability_on", "above it the transition is set", "", 0.5, 1.0),
     _monitor("transition_probability_off", "below it the transition is cleared", "", 0.0, 1.0),
     _monitor("transition_hold", "time above gamma0 that clears the transition", "s", 0.0, 60.0),

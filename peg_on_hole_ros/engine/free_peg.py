@@ -141,10 +141,7 @@ def _without_payload(off, processor):
 def turns(told: Outputs, configuration: Configuration) -> str:
     """Return what says that the peg turns, or nothing."""
     speed, stddev = turning(told)
-    if (
-        speed - TARE.significance * stddev
-        > configuration.monitor.rest_speed / configuration.scene.hole_diameter
-    ):
+    if speed - TARE.significance * stddev > configuration.monitor.rest_rate:
         return f"the peg turns at {speed:.3g} rad/s, contact mode {told.contact_mode}"
     return ""
 

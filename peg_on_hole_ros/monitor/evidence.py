@@ -205,7 +205,7 @@ def show(
     under = below_gamma0(estimate)
     finite = finite_reactions(estimate, wedged)
     lost_K = lost_B1 = lost_B2 = 0.0
-    rest = rest_probability(motion, settings.rest_speed, scene.D)
+    rest = rest_probability(motion, settings.rest_rate)
     if finite:
         # At rest friction may be anything within its cone, and the equations' reactions are moot.
         moves, N, C = 1.0 - rest, estimate.reactions.normal, estimate.reactions.covariance

@@ -146,10 +146,10 @@ def follow_motion(
 
 
 @compiled
-def rest_probability(motion: MotionTrend, speed: float, D: float) -> float:
-    """Return the probability that no contact moves faster than a speed [m/s]."""
-    limit = speed / D
-    return _within(motion.quick_tilt, limit) * _within(motion.turn, 2.0 * limit)
+def rest_probability(motion: MotionTrend, rate: float) -> float:
+    """Return the probability that no contact moves faster than by a tilt at a rate [rad/s]."""
+    # About its axis a peg turns by its radius, and about a rim contact by its diameter.
+    return _within(motion.quick_tilt, rate) * _within(motion.turn, 2.0 * rate)
 
 
 @compiled

@@ -59,9 +59,9 @@ class Moving(NamedTuple):
 
 
 @compiled
-def moving_now(motion: MotionTrend, D: float, since: float, settings: MonitorSettings) -> Moving:
-    """Return how the peg moves a time [s] after the last orientation; D is the hole's [m]."""
-    rest_rate, memory = settings.rest_speed / D, settings.forecast_acceleration_time
+def moving_now(motion: MotionTrend, since: float, settings: MonitorSettings) -> Moving:
+    """Return how the peg moves a time [s] after the last orientation."""
+    rest_rate, memory = settings.rest_rate, settings.forecast_acceleration_time
     rate, rate_variance = rate_after(motion.quick_tilt, since, memory)
     turn, turn_variance = rate_after(motion.turn, since, memory)
     spread = sqrt(max(rate_variance, 1e-18))

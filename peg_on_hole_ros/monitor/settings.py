@@ -31,7 +31,7 @@ class MonitorSettings(Record):
     contact_force_threshold: float
     mode_change_rate: float
     evidence_time: float
-    rest_speed: float
+    rest_rate: float
     free_acceleration: float
     forecast_acceleration_stddev: float
     forecast_acceleration_time: float

@@ -168,7 +168,7 @@ def test_a_peg_that_sticks_is_seen_at_once():
     rng = np.random.default_rng(3)
     moving = 0.2 - 0.16 * np.arange(0, 0.3, 2e-3)
     m = learn(moving, rng, spread=0.04)
-    assert rest_probability(m, 5e-4, 0.05) < 1e-6
+    assert rest_probability(m, 0.01) < 1e-6
     R = np.eye(3) * NOISE**2
     for _ in range(15):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
@@ -177,7 +177,7 @@ def test_a_peg_that_sticks_is_seen_at_once():
     for _ in range(35):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
         follow_motion(m, 2e-3, q, R, settings(0.04))
-    assert rest_probability(m, 5e-4, 0.05) > 0.9
+    assert rest_probability(m, 0.01) > 0.9
 
 
 def test_rest_probability_is_the_share_of_draws():
@@ -188,4 +188,4 @@ def test_rest_probability_is_the_share_of_draws():
     tilt, turn = rng.normal(0.008, 0.004, 100_000), rng.normal(-0.015, 0.01, 100_000)
     share = np.mean((0.05 * np.abs(tilt) < 5e-4) & (0.025 * np.abs(turn) < 5e-4))
     # Four standard deviations of the share.
-    assert rest_probability(m, 5e-4, 0.05) == pytest.approx(share, abs=4 * 0.5 / sqrt(1e5))
+    assert rest_probability(m, 0.01) == pytest.approx(share, abs=4 * 0.5 / sqrt(1e5))

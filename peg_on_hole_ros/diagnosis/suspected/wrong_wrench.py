@@ -231,7 +231,7 @@ def _settings(configuration):
             max(float(np.linalg.norm(sensor)), scene.peg_height),
             *rotation_from_rpy(configuration.joints.hole_rpy).T.ravel(),
             *np.maximum(np.concatenate([likely, others]), 0.0),
-            configuration.monitor.rest_speed,
+            configuration.monitor.rest_rate * scene.hole_diameter,
             configuration.joints.position_stddev,
         ]
     )

@@ -115,7 +115,7 @@ def assess_dangers(
     passed : Passed
 
     """
-    moving = moving_now(motion, estimate.scene.D, passed.since, settings)
+    moving = moving_now(motion, passed.since, settings)
     pushed = NOT_PUSHED
     if touches(shown):
         if reactions_usable(estimate, shown):
