@@ -224,7 +224,7 @@ class Row(Record):
     ]
     mode_probability_stuck: Annotated[
         float,
-        _monitor("", "the peg rests on all three, slower than `monitor.rest_rate`", _NO_MODES),
+        _monitor("", "the peg rests on all three, slower than `monitor.rest_speed`", _NO_MODES),
     ]
     mode_probability_free: Annotated[float, _monitor("", "the peg touches nothing", _NO_MODES)]
     mode_probability_unknown: Annotated[

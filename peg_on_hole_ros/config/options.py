@@ -83,7 +83,7 @@ class MonitorOptions:
     mode_probability_off: float = 0.3
     mode_change_rate: float = 2.0
     evidence_time: float = 0.005
-    rest_rate: float = 0.01
+    rest_speed: float = 5.0e-4
     transition_probability_on: float = 0.9
     transition_probability_off: float = 0.1
     transition_hold: float = 0.1
@@ -98,6 +98,11 @@ class MonitorOptions:
     alarm_hold: float = 0.2
     max_normal: tuple[float, float, float] = (500.0, 500.0, 500.0)
     singular_band: float = 0.12
+
+    @property
+    def rest_rate(self) -> float:
+        """Turning rate at which the contacts of a hole of 50 mm move at `rest_speed` [rad/s]."""
+        return self.rest_speed / 0.05
 
 
 @dataclass(frozen=True)
