@@ -21,6 +21,7 @@ FAMILIES = {
     "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
     "ablation": "benchmarks.ablation",
     "calibration": "benchmarks.calibration",
+    "tuned_numbers": "benchmarks.tuned_numbers.tuned_numbers",
     "plans": "benchmarks.plans",
     "ways_on": "benchmarks.ways_on",
 }

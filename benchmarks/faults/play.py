@@ -1,5 +1,6 @@
 """What the stream of node and replay says of a recording, and what `/diagnostics` would."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from benchmarks.faults.injector import Recording
 from benchmarks.faults.scenes import Scene
 from peg_on_hole_ros.messages.decode import Malformed, checked_joints, checked_wrench
 from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 
@@ -65,8 +67,20 @@ class Said(NamedTuple):
     sent: dict
 
 
-def play(scene: Scene, recording: Recording) -> Said:
-    """Return what is said of a recording under the configuration of a scene."""
+def play(
+    scene: Scene, recording: Recording, take: Callable[[Outputs], object] = lambda outputs: None
+) -> Said:
+    """
+    Return what is said of a recording under the configuration of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    recording : list of Sent
+    take : callable
+        Gets all that is published with each wrench.
+
+    """
     stream = message_stream(scene.configuration, markers_rate=0.0)
     stream.take_frame(scene.frame)
     rows, answers, worst, told = [], [], [], {}
@@ -91,6 +105,7 @@ def play(scene: Scene, recording: Recording) -> Said:
             # As records: messages are made of them, one for one.
             outputs = pipeline.on_wrench(sample)
         if outputs is not None:
+            take(outputs)
             rows.append((true_ns, outputs, level, doubt))
         diagnostics.received(source, 0, outputs is not None)
         if true_ns >= due:

@@ -89,7 +89,7 @@ def score(scene: Scene, clean: Said, said: Said, begin: float, end: float, withi
         How long after its begin it has to be told [s].
 
     """
-    error, _, seconds = _errors(scene, said)
+    error, _, seconds = errors_of(scene, said)
     during, after = _judged(scene, said, begin + within, end)
     off = np.abs(error[:, 0])
     return Score(
@@ -115,8 +115,13 @@ def score(scene: Scene, clean: Said, said: Said, begin: float, end: float, withi
     )
 
 
-def _errors(scene, said):
-    """Return errors of angles and reactions, the true mode, and when that was [s]."""
+def errors_of(scene: Scene, said) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return errors of angles and reactions, the true mode, and when that was [s].
+
+    `said` has its fields of Said.
+
+    """
     at = np.clip(np.searchsorted(scene.t_ns, said.true_ns), 0, len(scene.t_ns) - 1)
     error = said.values - scene.values[at]
     error[:, :3] -= 2.0 * np.pi * np.round(error[:, :3] / (2.0 * np.pi))
@@ -125,7 +130,7 @@ def _errors(scene, said):
 
 def _judged(scene, said, begin, end):
     """Return which values are said to be known without a doubt, from begin to end and after."""
-    error, mode, seconds = _errors(scene, said)
+    error, mode, seconds = errors_of(scene, said)
     known = (said.mode != "unknown") & (said.doubt == 0)
     three = known & said.determined & (said.mode == THREE_POINT) & (mode == THREE_POINT)
     counted = np.column_stack([known] * 3 + [three] * 3) & ~np.isnan(error)
@@ -135,7 +140,7 @@ def _judged(scene, said, begin, end):
 
 def _shares(scene, said, begin, end):
     """Return the least shares within bounds of angles and reactions, in both."""
-    error = _errors(scene, said)[0]
+    error = errors_of(scene, said)[0]
     inside, found = np.abs(error) <= BOUND_STDDEVS * said.stddev, {}
     for which, suffix in zip(_judged(scene, said, begin, end), ("", "_after")):
         numbers, good = which.sum(axis=0), (which & inside).sum(axis=0)

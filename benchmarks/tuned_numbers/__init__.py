@@ -1,0 +1,1 @@
+"""What each tuned number of the package changes, halved and doubled."""
