@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.diagnosis.tuned import DiagnosisNumbers
 from peg_on_hole_ros.engine.tuned import EngineNumbers
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.tuned import EstimatorNumbers
 from peg_on_hole_ros.identification.tuned import IdentificationNumbers
 from peg_on_hole_ros.measurements.tuned import MeasurementNumbers
+from peg_on_hole_ros.monitor.tuned import MonitorNumbers
 
 # Fields of `Settings` that are no tuned numbers: how many there are of others, and what a reduced
 # estimator leaves out.
@@ -30,6 +32,8 @@ class TunedNumbers(NamedTuple):
     estimator : EstimatorNumbers
     measurements : MeasurementNumbers
     identification : IdentificationNumbers
+    monitor : MonitorNumbers
+    diagnosis : DiagnosisNumbers
     engine : EngineNumbers
 
     """
@@ -38,6 +42,8 @@ class TunedNumbers(NamedTuple):
     estimator: EstimatorNumbers = EstimatorNumbers()
     measurements: MeasurementNumbers = MeasurementNumbers()
     identification: IdentificationNumbers = IdentificationNumbers()
+    monitor: MonitorNumbers = MonitorNumbers()
+    diagnosis: DiagnosisNumbers = DiagnosisNumbers()
     engine: EngineNumbers = EngineNumbers()
 
 

@@ -4,18 +4,13 @@ from math import cos, fabs, hypot, log, pi, sin, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.diagnosis.tuned import WRENCH_BALANCE
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation, peg_rotation, peg_turns
 
 # Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
 # on the rim. Models: free, and three contacts at frictions about the stated one.
-# The first few are likely by what is stated; only the wrench as stated may have any other.
-LIKELY_FRICTIONS, FRICTIONS = 3, 12
-MODELS = 1 + FRICTIONS
-# What a reaction may be [N], and what a force that nothing explains [N].
-REACTION, ANYTHING = 200.0, 100.0
-# Share of a load that friction, levers and the peg's shape leave unexplained.
-UNEXPLAINED = 0.03
+MODELS = 1 + WRENCH_BALANCE.frictions
 LOG_TWO_PI = log(2.0 * pi)
 
 
@@ -205,7 +200,8 @@ def likelihood(
     N2 = -(m[24] * b0 + m[25] * b1 + m[26] * b2)
     large = (N0 * N0 + N1 * N1 + N2 * N2) / prior
     square = max(square + b0 * N0 + b1 * N1 + b2 * N2 - large, 0.0)
-    wider = 1.0 + UNEXPLAINED * UNEXPLAINED * load * load / noise[0]
+    share = WRENCH_BALANCE.unexplained
+    wider = 1.0 + share * share * load * load / noise[0]
     left = square / wider
     if pushes:
         spare = (0.1 * max(fabs(N0), fabs(N1), fabs(N2))) ** 2
@@ -273,11 +269,11 @@ def unexplained(y: np.ndarray, weight: float, noise: np.ndarray, lever: float) -
 
     """
     force = hypot(hypot(y[0], y[1]), y[2])
-    torque = hypot(hypot(y[3], y[4]), y[5]) / (ANYTHING * lever)
+    torque = hypot(hypot(y[3], y[4]), y[5]) / (WRENCH_BALANCE.anything * lever)
     # As likely as noise makes it where the force is that of the weight, measured or taken off,
     # whatever its direction.
     over = min(fabs(force - weight), force)
     couple = -0.5 * over * over / noise[0] - 1.5 * (log(noise[0]) + LOG_TWO_PI)
     # Torques far beyond what such forces have on such a lever are of another unit.
-    beyond = log(ANYTHING * lever) + log(1.0 + torque * torque)
-    return max(-3.0 * log(max(ANYTHING, force)), couple) - 3.0 * beyond
+    beyond = log(WRENCH_BALANCE.anything * lever) + log(1.0 + torque * torque)
+    return max(-3.0 * log(max(WRENCH_BALANCE.anything, force)), couple) - 3.0 * beyond

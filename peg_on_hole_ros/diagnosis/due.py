@@ -1,7 +1,6 @@
 """When the next wrench is looked at."""
 
-# Between two wrenches that are looked at, and between the first so many: before a contact is told.
-PERIOD_NS, FIRST_NS, FIRST = 20_000_000, 4_000_000, 10
+from peg_on_hole_ros.diagnosis.tuned import LOOK_TIMES
 
 
 class Due:
@@ -27,5 +26,6 @@ class Due:
         if not self._last_ns < t_ns:
             self.restart()
         self._seen += 1
-        self.ns = t_ns + (PERIOD_NS if self._seen > FIRST else FIRST_NS)
+        many = self._seen > LOOK_TIMES.first
+        self.ns = t_ns + (LOOK_TIMES.period_ns if many else LOOK_TIMES.first_ns)
         self._last_ns = t_ns

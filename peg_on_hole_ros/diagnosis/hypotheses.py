@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import WrenchInput
+from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_COSTS
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
 
-# What a wrong setting costs before anything is measured, and each beside it [nats].
-ONE_WRONG, MORE_WRONG = 3.0, 6.0
 _KN, _N_MM, _KN_M = (1e3, "kN"), (1e-3, "N mm"), (1e3, "kN m")
 _UNITS = (
     {"force": _KN},
@@ -119,7 +118,8 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
     if mirror:
         axes = axes @ _LEFT_HANDED[mirror]
     row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
-    cost = ONE_WRONG + MORE_WRONG * (len(settings) - 1) + spread if settings else 0.0
+    one, more = HYPOTHESIS_COSTS
+    cost = one + more * (len(settings) - 1) + spread if settings else 0.0
     turned = options.sensor_rpy != stated.sensor_rpy and options.acts_on != stated.acts_on
     return Hypothesis(options, tuple(settings), cost, row, mirror, bool(mirror) or turned)
 

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from math import sqrt
 
-# Coarsest first; 0: in none [N], [N m].
-STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0)
+from peg_on_hole_ros.diagnosis.tuned import ROUNDING_STEPS
 
 
 class Steps:
     """
-    The coarsest of STEPS in which all values so far lie.
+    The coarsest of `ROUNDING_STEPS` in which all values so far lie.
 
     Attributes
     ----------
@@ -26,7 +25,7 @@ class Steps:
     @property
     def step(self) -> float:
         """See above."""
-        return STEPS[self._at]
+        return ROUNDING_STEPS.sizes[self._at]
 
     def notice(self, values: Sequence[float]) -> bool:
         """Take values; return whether the step is another one by them, or these are the first."""

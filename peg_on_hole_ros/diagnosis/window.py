@@ -5,11 +5,7 @@ from math import fabs, sqrt
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.balance import (
-    FRICTIONS,
-    LIKELY_FRICTIONS,
     MODELS,
-    REACTION,
-    UNEXPLAINED,
     contact_columns,
     fill_moment,
     free_columns,
@@ -19,30 +15,21 @@ from peg_on_hole_ros.diagnosis.balance import (
     prepare,
     unexplained,
 )
+from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
-# Wrenches that are kept, and neighbours on each side that tell the rates of one.
-KEPT, SIDE = 50, 2
 # Of one wrench: stamp [s], wrench (6), angles (3), how far it is looked at, and squares of
 # what is left as stated.
 _T, _WRENCH, _Q, _LOOKED, _LEFT = 0, 1, 7, 10, 11
 ROW = 12
 _ALONE, _WITH_RATES, _TRIED, _TRIED_WITH_RATES = 1.0, 2.0, 3.0, 4.0
-# Squares of what is left, of six components: that fit, that surprise, that nothing explains.
-FITS, SURPRISE, NOTHING = 18.0, 12.0, 50.0
-# Share of wrenches that surprise, from which on other hypotheses are looked at.
-SHARE = 0.2
 # What is known of the wrench: scene (11), sensor (3), payload's mass and centre (4), noise (6),
 # free acceleration's variance of force, lever, base axes in the hole (9), frictions (3),
 # speed of rest, noise of the angles.
 SCENE, SENSOR, PAYLOAD, NOISE, CARRIED, LEVER, BASE, FRICTION = 0, 11, 14, 18, 24, 25, 26, 35
-REST = FRICTION + FRICTIONS
+REST = FRICTION + WRENCH_BALANCE.frictions
 ANGLE = REST + 1
 SETTINGS = ANGLE + 1
-# Standard deviations by which a slip has to be above zero to have a direction.
-DIRECTION = 5.0
-# Steps from the best of the frictions that are tried to the one that leaves least.
-STEPS = 2
 
 
 @compiled
@@ -59,11 +46,11 @@ def take(
 
     Parameters
     ----------
-    rows : ndarray, shape (KEPT, ROW)
+    rows : ndarray, shape (kept, ROW)
         A ring; the newest is filled in but for what was looked at.
-    told : ndarray, shape (KEPT, n, 3)
+    told : ndarray, shape (kept, n, 3)
         Under each hypothesis: log likelihood, squares of what free air or three contacts leave of
-        a wrench over the noise, at most NOTHING, and what they leave unbalanced [N]; filled.
+        a wrench over the noise, at most `nothing`, and what they leave unbalanced [N]; filled.
     at : int
         Place of the newest; the next is the oldest.
     hypotheses : ndarray, shape (n, WIDTH)
@@ -80,14 +67,14 @@ def take(
     """
     rows[at, _LOOKED] = 0.0
     _look(rows, told, at, hypotheses[:1], settings)
-    _look(rows, told, (at - SIDE) % KEPT, hypotheses[:1], settings)
+    _look(rows, told, (at - LOOK_WINDOW.side) % LOOK_WINDOW.kept, hypotheses[:1], settings)
     odd = kept = 0
-    for k in range(KEPT):
+    for k in range(LOOK_WINDOW.kept):
         kept += rows[k, _LOOKED] > 0.0
-        odd += rows[k, _LOOKED] > 0.0 and rows[k, _LEFT] > SURPRISE
-    surprising = odd > SHARE * kept
+        odd += rows[k, _LOOKED] > 0.0 and rows[k, _LEFT] > LOOK_WINDOW.surprise
+    surprising = odd > LOOK_WINDOW.share * kept
     if surprising and judged:
-        for k in range(KEPT):
+        for k in range(LOOK_WINDOW.kept):
             if 0.0 < rows[k, _LOOKED] < _TRIED:
                 _look(rows, told, k, hypotheses, settings)
     return surprising
@@ -104,8 +91,8 @@ def _rates(rows, at, rates):
     spread = 0.0
     rates[:] = 0.0
     before = -1e300
-    for k in range(-SIDE, SIDE + 1):
-        i = (at + k) % KEPT
+    for k in range(-LOOK_WINDOW.side, LOOK_WINDOW.side + 1):
+        i = (at + k) % LOOK_WINDOW.kept
         t = rows[i, _T] - middle
         # Of a ring that is not full, or of what came before a pause.
         if rows[i, _LOOKED] < 0.0 or not before < t or fabs(t) > 0.2:
@@ -133,16 +120,17 @@ def _look(rows, told, at, hypotheses, settings):
     unsure = _rates(rows, at, rates)
     moving = unsure >= 0.0
     # Ahead of what is at rest, and of the noise of the angles.
-    slowest = max(settings[REST], DIRECTION * settings[ANGLE] * unsure * 0.5 * p.D)
+    slowest = max(settings[REST], LOOK_WINDOW.direction * settings[ANGLE] * unsure * 0.5 * p.D)
     columns, models = np.empty((6, 3)), np.empty((MODELS + 1, 28))
+    reactions = WRENCH_BALANCE.reaction * WRENCH_BALANCE.reaction
     center = np.array([-sensor[0], -sensor[1], p.H_c - sensor[2]])
     free_columns(center, columns)
     prepare(columns, settings[CARRIED], noise, models[0])
     count = 1
     if moving and p.gamma0 < q[0] < 1.2:
-        for k in range(FRICTIONS):
+        for k in range(WRENCH_BALANCE.frictions):
             if contact_columns(p, sensor, q, rates, slowest, settings[FRICTION + k], columns):
-                prepare(columns, REACTION * REACTION, noise, models[count])
+                prepare(columns, reactions, noise, models[count])
                 count += 1
     weight = np.zeros((6, 2))
     payload = settings[PAYLOAD:NOISE]
@@ -168,7 +156,7 @@ def _look(rows, told, at, hypotheses, settings):
         # Of what was measured, not of what it is taken for.
         best, fits, least = (
             unexplained(row[_WRENCH : _WRENCH + 6], hung, noise, lever),
-            NOTHING,
+            LOOK_WINDOW.nothing,
             1e300,
         )
         scale = 3.0 * (np.log(H[0]) + np.log(H[1]))
@@ -179,23 +167,25 @@ def _look(rows, told, at, hypotheses, settings):
             contact_columns(p, sensor, q, rates, slowest, 0.0, columns)
             contact_columns(p, sensor, q, rates, slowest, 1.0, slope)
             slope -= columns
-        for step in range(count + between * STEPS if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
+        likely = WRENCH_BALANCE.likely_frictions
+        tries = count + between * LOOK_WINDOW.steps if h == 0 else min(count, 1 + likely)
+        for step in range(tries):
             k = min(step, MODELS)
             if step >= MODELS:
                 if step == MODELS:
                     f = settings[FRICTION + nearest - 1]
                 f += friction_step(models[nearest], slope, y, noise)
-                f = min(max(f, settings[FRICTION + LIKELY_FRICTIONS]), settings[REST - 1])
+                f = min(max(f, settings[FRICTION + likely]), settings[REST - 1])
                 contact_columns(p, sensor, q, rates, slowest, f, columns)
-                prepare(columns, REACTION * REACTION, noise, models[k])
+                prepare(columns, reactions, noise, models[k])
                 nearest = k
-            prior = REACTION * REACTION if k else settings[CARRIED]
+            prior = reactions if k else settings[CARRIED]
             value, over = likelihood(models[k], prior, k > 0, y, noise, load if k else hung)
             if value + scale > best:
-                best, fits = value + scale, min(over, NOTHING)
+                best, fits = value + scale, min(over, LOOK_WINDOW.nothing)
             if k:
-                over *= 1.0 + (UNEXPLAINED * load) ** 2 / noise[0]
-                if LIKELY_FRICTIONS < k < MODELS and over < near:
+                over *= 1.0 + (WRENCH_BALANCE.unexplained * load) ** 2 / noise[0]
+                if likely < k < MODELS and over < near:
                     nearest, near = k, over
             else:
                 over = 0.0
@@ -228,9 +218,9 @@ def _axes(R, H, base, turn):
 
 def ring(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return rows that hold nothing yet, and what is told of them, for so many hypotheses."""
-    rows = np.zeros((KEPT, ROW))
+    rows = np.zeros((LOOK_WINDOW.kept, ROW))
     rows[:, _LOOKED] = -1.0
-    return rows, np.zeros((KEPT, count, 3))
+    return rows, np.zeros((LOOK_WINDOW.kept, count, 3))
 
 
 def tried(rows: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from peg_on_hole_ros.typed_record import Floats, Record, dtype_of
 
 # Rows that there is room for; what is in use moves to the front when the end is reached.
 _UNITS = 2 * REPROCESSING.most_wrenches + 4096
-_ORIENTATIONS = 32_768
+_ORIENTATIONS = REPROCESSING.room_for_orientations
 _STATES = (
     REPROCESSING.recent_snapshots + REPROCESSING.most_wrenches // REPROCESSING.snapshot_stride + 64
 )

@@ -36,6 +36,8 @@ class Reprocessing(NamedTuple):
     most_waiting : int
         Orientations that wait for the wrench of their time [orientations]; at 8 kHz these are
         60 ms.
+    room_for_orientations : int
+        What is in use moves to the front when so many are there [orientations].
     snapshot_stride : int
         While all comes in order, a snapshot is kept before every wrench of so many [wrenches]:
         going back then begins up to seven wrenches earlier than it would have to.
@@ -51,6 +53,7 @@ class Reprocessing(NamedTuple):
 
     most_wrenches: int = 12_000
     most_waiting: int = 512
+    room_for_orientations: int = 32_768
     snapshot_stride: int = 8
     every_snapshot: int = 1000
     recent_snapshots: int = 256

@@ -18,17 +18,9 @@ from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.output_row import CONTACT_LOSS, JAMMING, OVERLOAD
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import AlarmLevel, Mode, since_when
+from peg_on_hole_ros.monitor.tuned import CONTACT_LOSS_ALARM
 from peg_on_hole_ros.outputs import AlarmRow
 from peg_on_hole_ros.typed_record import Floats, Record
-
-_LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
-# A peg that slides is on three contacts once that has been told for so long [s]. One at rest may
-# bounce on one of them: there it takes as long as an alarm is held.
-_SLID = 0.05
-# One contact is named if it holds this share of the probability that any has opened.
-_CLEARLY = 0.7
-# A contact that opens sooner than so before gamma0 [s] opens on the way into the hole.
-_ENTERING = 0.03
 
 
 class Level(Record):
@@ -231,13 +223,15 @@ def _follow_contact_loss(
     """Tell of three contacts that were there and are no longer, other than by entry."""
     followed = alarms.levels[CONTACT_LOSS]
     _follow_three_contacts(alarms, mode, settings, t, shown)
-    entering = 0.0 <= shown.time < _ENTERING
+    entering = 0.0 <= shown.time < CONTACT_LOSS_ALARM.entering
     # The reactions of a peg that jams are not determined, and say nothing of its contacts.
     jams = alarms.levels[JAMMING].level != AlarmLevel.OK
     jams = jams and alarms.kept[JAMMING].which != Danger.LOAD
     opened = 0.0 if entering or jams else shown.opened
     value = opened + shown.free if alarms.three_contacts_there else 0.0
-    level = follow_level(followed, _LOSS_WARN, _LOSS_ERROR, settings, t, value)
+    level = follow_level(
+        followed, CONTACT_LOSS_ALARM.warn, CONTACT_LOSS_ALARM.error, settings, t, value
+    )
     cause = has_cause(followed)
     said, kept = alarms.said[CONTACT_LOSS], alarms.kept[CONTACT_LOSS]
     lost = (shown.lost_K, shown.lost_B1, shown.lost_B2)
@@ -247,7 +241,7 @@ def _follow_contact_loss(
             most = max(lost[0], lost[1], lost[2])
             which = ANY
             for i in range(2, -1, -1):
-                if most > _CLEARLY * opened and lost[i] == most:
+                if most > CONTACT_LOSS_ALARM.clearly * opened and lost[i] == most:
                     which = i
         kept.which = which
         for i in range(3):
@@ -266,7 +260,7 @@ def _follow_three_contacts(
     alarms.three_point_since = since_when(alarms.three_point_since, three_point, t)
     slides = three_point and shown.three_point > shown.stuck
     alarms.sliding_since = since_when(alarms.sliding_since, slides, t)
-    slid = t - alarms.sliding_since >= _SLID
+    slid = t - alarms.sliding_since >= CONTACT_LOSS_ALARM.slid
     if slid or t - alarms.three_point_since >= settings.alarm_hold:
         alarms.three_contacts_there = True
     if mode == Mode.TWO_POINT or t - alarms.open_since >= settings.alarm_hold:

@@ -11,6 +11,7 @@ from peg_on_hole_ros.mechanics.linear_algebra import (
     whiten,
 )
 from peg_on_hole_ros.monitor.trend import is_number
+from peg_on_hole_ros.monitor.tuned import FREE_PEG_LOAD
 from peg_on_hole_ros.typed_record import Record, Vector3
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
@@ -20,16 +21,6 @@ from peg_on_hole_ros.typed_record import Record, Vector3
 #
 # Axes: those of the hole. Of a peg that hangs nearly upright psi and phi are noise, and so are any
 # axes that turn with one of them.
-
-# Squares of noise alone stay below so many times their mean.
-ROOM = 3.0
-# A load this many times the mean square of the noise off the mean has changed.
-JUMP = 6.0
-# An azimuth less sure than this [rad^2] is that of a peg that stands upright: what the rates of
-# azimuth and turn make of its angular momentum is noise.
-AZIMUTH = 0.1**2
-# A force out of the hole counts as one of this part: a peg that leaves the rim is accelerated so.
-LIFT = 3.0
 
 
 class ContactLoad(Record):
@@ -121,13 +112,14 @@ def carried_load(
         return nan, noise
     share = 1.0 - exp(-dt / time)
     begun = load.share > 0.0
-    turns = begun and dt > 0.0 and motion.covariance[1, 1] < AZIMUTH
+    least = FREE_PEG_LOAD.azimuth_stddev * FREE_PEG_LOAD.azimuth_stddev
+    turns = begun and dt > 0.0 and motion.covariance[1, 1] < least
     for i in range(3):
         rate = (new[6 + i] - load.momentum[i]) / dt if turns else 0.0
         load.momentum_rate[i] += share * (rate - load.momentum_rate[i])
         load.momentum[i] = new[6 + i]
     # A load that has changed is not a mean of before and after.
-    if not begun or jump > JUMP * noise:
+    if not begun or jump > FREE_PEG_LOAD.jump * noise:
         load.share = share = 1.0
     else:
         load.share = (1.0 - share) * (1.0 - share) * load.share + share * share
@@ -138,7 +130,7 @@ def carried_load(
         couple = load.couple[i] - load.momentum_rate[i]
         squares += load.force[i] ** 2 + (over_radius * couple) ** 2
     pull = _pull(load)
-    squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
+    squares -= pull * pull * (1.0 - 1.0 / (FREE_PEG_LOAD.lift * FREE_PEG_LOAD.lift))
     return sqrt(squares), load.share * noise + _turned(estimate, time)
 
 
@@ -176,7 +168,7 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
     """
     over_radius, motion = 2.0 / scene_of(estimate).d, estimate.motion
     r = peg_rotation(peg_turns(motion.gamma, motion.psi, motion.phi))
-    pull = _pull(load) * (1.0 - 1.0 / LIFT)
+    pull = _pull(load) * (1.0 - 1.0 / FREE_PEG_LOAD.lift)
     # The covariance, then its Cholesky factor, and the load, whitened by it.
     factor, white = estimate.work[:36].reshape(6, 6), estimate.work[36:42]
     # In the peg's axes, in which the noise stands.
@@ -188,8 +180,9 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
             couple += r[3 * k + i] * (load.couple[k] - load.momentum_rate[k])
         white[i], white[3 + i] = force, over_radius * couple
     # Of six squares as of one.
-    room, turned = 6.0 * ROOM * load.share, ROOM * _turned(estimate, time)
-    least = floor + ROOM * estimate.bias_load
+    room = 6.0 * FREE_PEG_LOAD.room * load.share
+    turned = FREE_PEG_LOAD.room * _turned(estimate, time)
+    least = floor + FREE_PEG_LOAD.room * estimate.bias_load
     for i in range(6):
         for k in range(i + 1):
             v = room * estimate.wrench_noise[i, k]

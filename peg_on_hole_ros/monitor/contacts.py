@@ -6,23 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS
 from peg_on_hole_ros.typed_record import Floats
 
 # Hypotheses: nothing touches; all three contacts are closed; K, B1 or B2 is open while others
 # carry; the rim carries the peg in some other way, for which there is no model.
 FREE, CLOSED, LOST_K, LOST_B1, LOST_B2, OTHER = range(6)
 COUNT = 6
-# What contacts change to, before any evidence: a peg that touches soon rests on all three.
-_PRIOR = (0.2, 0.6, 0.05, 0.05, 0.05, 0.05)
-# One piece of evidence counts no more than this, in nats: no outlier decides alone.
-MOST = 3.0
-# The running mean of the normalised innovation (3 degrees of freedom) at which the contact model
-# and "some other way" are equally likely; over 20 corrections its standard deviation is 0.5.
-EVEN_NIS = 9.0
-_NIS_SHARE = 0.5
-_MOST_MISFIT = 1.0
-# A model of contact that was given up is tried again after this time [s].
-RETRY = 0.05
 
 
 class ContactEvidence(NamedTuple):
@@ -37,7 +27,7 @@ class ContactEvidence(NamedTuple):
         Log ratio of a peg elsewhere than where three contacts would have it.
     rest : float
         Probability that it rests: nothing tells then which contacts are closed, and one that was
-        taken for open, as those of a peg that has just wedged are, is forgotten in RETRY.
+        taken for open, as those of a peg that has just wedged are, is forgotten soon.
 
     """
 
@@ -52,14 +42,14 @@ class ContactEvidence(NamedTuple):
 
 def no_knowledge() -> Floats:
     """Return the probabilities of all hypotheses before any evidence, shape (6,)."""
-    return np.array(_PRIOR)
+    return np.array(EVIDENCE_WEIGHTS.prior)
 
 
 @compiled
 def forget_contacts(probabilities: Floats) -> None:
     """Take the probabilities as they are before any evidence."""
     for i in range(COUNT):
-        probabilities[i] = _PRIOR[i]
+        probabilities[i] = EVIDENCE_WEIGHTS.prior[i]
 
 
 @compiled
@@ -71,13 +61,15 @@ def below(z: float) -> float:
 @compiled
 def _bounded(value: float) -> float:
     # What is no number is no evidence.
-    return min(max(value, -MOST), MOST) if value == value else 0.0
+    return (
+        min(max(value, -EVIDENCE_WEIGHTS.most), EVIDENCE_WEIGHTS.most) if value == value else 0.0
+    )
 
 
 @compiled
 def load_evidence(squares: float) -> float:
     """Return log p(load | contact) - log p(load | nothing touches), even where `squares` is 1."""
-    return _bounded(MOST * (squares - 1.0))
+    return _bounded(EVIDENCE_WEIGHTS.most * (squares - 1.0))
 
 
 @compiled
@@ -89,7 +81,7 @@ def opening_evidence(normal: float, variance: float) -> float:
     """
     z = normal / sqrt(max(variance, 1e-18))
     if fabs(z) > 5.0:
-        return -MOST if z > 0.0 else MOST
+        return -EVIDENCE_WEIGHTS.most if z > 0.0 else EVIDENCE_WEIGHTS.most
     return _bounded(log(below(-z) / below(z)))
 
 
@@ -115,9 +107,9 @@ def weigh(
 
     """
     change = 1.0 - exp(-rate * dt)
-    retry = 1.0 - exp(-dt / RETRY)
+    retry = 1.0 - exp(-dt / EVIDENCE_WEIGHTS.retry)
     for i in range(COUNT):
-        probabilities[i] += change * (_PRIOR[i] - probabilities[i])
+        probabilities[i] += change * (EVIDENCE_WEIGHTS.prior[i] - probabilities[i])
     # Of what is left: after a silence both go by nearly all of it.
     again = retry * probabilities[OTHER]
     probabilities[OTHER] -= again
@@ -146,4 +138,7 @@ def weigh(
 def misfit_evidence(nis: float) -> float:
     """Return log p(another contact) - log p(three contacts) by the running mean of the NIS."""
     # A peg that breaks away surprises for some corrections: against the model it counts less.
-    return min(_bounded(_NIS_SHARE * (nis - EVEN_NIS)), _MOST_MISFIT)
+    return min(
+        _bounded(EVIDENCE_WEIGHTS.nis_share * (nis - EVIDENCE_WEIGHTS.even_nis)),
+        EVIDENCE_WEIGHTS.most_misfit,
+    )

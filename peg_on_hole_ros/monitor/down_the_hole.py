@@ -5,23 +5,13 @@ from math import exp, fabs, sqrt
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.motion import TURN_SHARE
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, is_number
+from peg_on_hole_ros.monitor.tuned import DOWN_THE_HOLE, FOLLOWED_MOTION
 from peg_on_hole_ros.typed_record import Record
 
 # On two points the tilt tells the depth (`insertion_depth.depth_at`). docs/jamming.md, "In the
 # hole", derives what is read.
-
-# A peg that is pushed and slides does so at this speed [m/s], and changes it by so much [m/s^2]
-# for so long [s].
-SPEED, CHANGES, LASTS = 0.04, 0.1, 0.1
-# A peg of which nothing is known rests with this probability: most are on their way.
-_BEGINS = 0.25
-# Smaller tilts are none [rad].
-_UPRIGHT = 1e-6
-# Nothing is surer than this: rest and motion may begin at any time.
-_LEAST = 0.01
 
 
 class DepthTrend(Record):
@@ -48,7 +38,7 @@ def _depth_slope(d: float, D: float, gamma: float, variance: float) -> float:
 
     Upright it has no bound: a tilt that is hardly known tells no depth, and is not to look so.
     """
-    return -depth_at(d, D, max(fabs(gamma), sqrt(max(variance, 0.0)), _UPRIGHT))[1]
+    return -depth_at(d, D, max(fabs(gamma), sqrt(max(variance, 0.0)), DOWN_THE_HOLE.upright))[1]
 
 
 @compiled
@@ -82,12 +72,14 @@ def follow_depth(
     begun = followed.p00 > 0.0 and since >= 0.0
     slope = _depth_slope(d, D, followed.value if begun else tilt, 4.0 * variance)
     if not begun:
-        depth.rests = _BEGINS
+        depth.rests = DOWN_THE_HOLE.begins
     # In the mean over a peg that rests, and keeps to that, and one that moves.
-    changes = CHANGES * sqrt(1.0 - depth.rests)
-    acceleration = min(TURN_SHARE * settings.forecast_acceleration_stddev, changes / slope)
+    changes = DOWN_THE_HOLE.changes * sqrt(1.0 - depth.rests)
+    acceleration = min(
+        FOLLOWED_MOTION.turn_share * settings.forecast_acceleration_stddev, changes / slope
+    )
     if begun:
-        carry(followed, since, acceleration, LASTS)
+        carry(followed, since, acceleration, DOWN_THE_HOLE.lasts)
         correct(followed, tilt - followed.value, variance, since, acceleration)
     else:
         begin(followed, tilt, variance, 1.0, acceleration * acceleration)
@@ -107,17 +99,17 @@ def _speed(depth: DepthTrend, d: float, D: float) -> tuple[float, float]:
 def _probability_of_rest(speed: float, variance: float) -> float:
     """Return the probability of rest against half of a normal distribution of speeds."""
     # What is pushed slides in, and not out.
-    wide = variance + SPEED * SPEED
-    odds = _BEGINS / (1.0 - _BEGINS) * sqrt(wide / variance)
+    wide = variance + DOWN_THE_HOLE.speed * DOWN_THE_HOLE.speed
+    odds = DOWN_THE_HOLE.begins / (1.0 - DOWN_THE_HOLE.begins) * sqrt(wide / variance)
     odds *= exp(max(-0.5 * speed * speed * (1.0 / variance - 1.0 / wide), -50.0))
-    odds /= 2.0 * max(below(speed * SPEED / sqrt(variance * wide)), 1e-12)
-    return min(max(odds / (1.0 + odds), _LEAST), 1.0 - _LEAST)
+    odds /= 2.0 * max(below(speed * DOWN_THE_HOLE.speed / sqrt(variance * wide)), 1e-12)
+    return min(max(odds / (1.0 + odds), DOWN_THE_HOLE.least), 1.0 - DOWN_THE_HOLE.least)
 
 
 @compiled
 def rests(depth: DepthTrend) -> float:
     """Return the probability that a peg that is pushed rests; see `follow_depth`."""
-    return depth.rests if depth.tilt.p00 > 0.0 else _BEGINS
+    return depth.rests if depth.tilt.p00 > 0.0 else DOWN_THE_HOLE.begins
 
 
 @compiled

@@ -19,7 +19,6 @@ from peg_on_hole_ros.monitor.contacts import (
     LOST_B1,
     LOST_B2,
     LOST_K,
-    MOST,
     OTHER,
     ContactEvidence,
     below,
@@ -32,12 +31,8 @@ from peg_on_hole_ros.monitor.contacts import (
 from peg_on_hole_ros.monitor.motion import MotionTrend, rest_probability, time_to_reach
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.tuned import CREDITED_REACTIONS, EVIDENCE_WEIGHTS
 from peg_on_hole_ros.typed_record import Floats, Record
-
-# Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
-ABSURD = 10.0
-# Reactions that pull by more than this many standard deviations are those of other contacts.
-PULL = 3.0
 
 
 class Shown(Record):
@@ -141,7 +136,7 @@ def finite_reactions(estimate: Estimate, wedged: float) -> bool:
     N = estimate.reactions.normal
     largest = max(fabs(N[0]), fabs(N[1]), fabs(N[2]))
     known = estimate.determinant == estimate.determinant
-    return known and largest <= ABSURD * wedged
+    return known and largest <= CREDITED_REACTIONS.absurd * wedged
 
 
 @compiled
@@ -150,7 +145,7 @@ def pushing(estimate: Estimate) -> bool:
     reactions, push = estimate.reactions, True
     for i in range(3):
         variance = max(reactions.covariance[i, i], 0.0)
-        push = push and -PULL * sqrt(variance) < reactions.normal[i]
+        push = push and -CREDITED_REACTIONS.pull * sqrt(variance) < reactions.normal[i]
     return push
 
 
@@ -160,11 +155,11 @@ def new_share(estimate: Estimate, i: int) -> float:
     Return which share of what a reaction says of its contact is news at each sample.
 
     What friction and clearance make of a reaction stays: however often it says so, it says it
-    once. By more than PULL standard deviations, they do not explain it.
+    once. By more than `CREDITED_REACTIONS.pull`, they do not explain it.
     """
     reactions = estimate.reactions
     N, variance = reactions.normal[i], max(reactions.covariance[i, i], 1e-18)
-    if N < 0.0 and PULL * PULL * variance < N * N:
+    if N < 0.0 and CREDITED_REACTIONS.pull * CREDITED_REACTIONS.pull * variance < N * N:
         return 1.0
     by_friction, by_diameter = reactions.by_friction[i], reactions.by_diameter[i]
     lasting: float = by_friction * by_friction + by_diameter * by_diameter
@@ -217,7 +212,7 @@ def show(
     # Below gamma0 there is only the hole to touch: elsewhere a load is the sensor's.
     outside = displaced * under
     load = _load_evidence(estimate, evidence.load, settings, dt)
-    load = min(load, load * (1.0 - outside / MOST)) - outside
+    load = min(load, load * (1.0 - outside / EVIDENCE_WEIGHTS.most)) - outside
     displaced *= above
     if displaced > 0.0:
         # A motion that fits three contacts is no evidence for them where the peg does not stand.

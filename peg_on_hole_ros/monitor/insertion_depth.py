@@ -5,12 +5,7 @@ from math import cos, nan, sin, sqrt
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-
-# Tilt and reactions have to be surely above zero, by so many standard deviations: a peg that
-# leans on one wall may be at any depth.
-SURE = 3.0
-# No diameter is that of two loaded surfaces to better than this [m].
-SURFACE = 1e-6
+from peg_on_hole_ros.monitor.tuned import INSERTION_DEPTH
 
 
 @compiled
@@ -20,10 +15,12 @@ def insertion_depth(estimate: Estimate) -> tuple[float, float]:
     N, C = estimate.reactions.normal, estimate.reactions.covariance
     # N_B1 and N_B2 are halves of one reaction.
     rim, wall = N[0] / sqrt(max(C[0, 0], 1e-18)), N[1] / sqrt(max(C[1, 1], 1e-18))
-    if not min(rim, wall, gamma / sqrt(max(variance, 1e-18))) > SURE:
+    if not min(rim, wall, gamma / sqrt(max(variance, 1e-18))) > INSERTION_DEPTH.sure:
         return nan, nan
     depth, by_tilt, by_diameter = depth_at(estimate.scene.d, estimate.scene.D, gamma)
-    diameter = max(estimate.diameter_variance, 0.0) + SURFACE * SURFACE
+    diameter = (
+        max(estimate.diameter_variance, 0.0) + INSERTION_DEPTH.surface * INSERTION_DEPTH.surface
+    )
     return depth, sqrt(by_tilt * by_tilt * variance + by_diameter * by_diameter * diameter)
 
 
@@ -37,7 +34,9 @@ def insertion_speed(estimate: Estimate) -> tuple[float, float]:
     by_tilt, by_diameter = by_tilt * rate, by_diameter * rate
     variance = by_rate * (by_rate * C[3, 3] + 2.0 * by_tilt * C[0, 3])
     variance += by_tilt * by_tilt * C[0, 0]
-    diameter = max(estimate.diameter_variance, 0.0) + SURFACE * SURFACE
+    diameter = (
+        max(estimate.diameter_variance, 0.0) + INSERTION_DEPTH.surface * INSERTION_DEPTH.surface
+    )
     variance += by_diameter * by_diameter * diameter
     return by_rate * rate, sqrt(max(variance, 0.0))
 

@@ -5,15 +5,8 @@ from math import fabs, sqrt
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.tuned import KNOWN_QUANTITIES
 from peg_on_hole_ros.typed_record import Record
-
-# Reactions are known where no spread is more than a third of their mean, and what friction makes
-# of none more than half of that: with a friction that is too high reactions come out too low, and
-# too sure, so that a limit on their spread alone picks those that are wrong.
-_SHARE, _BY_FRICTION = 9.0, 18.0
-# Loaded surfaces leave the clearance open by so much [m]: 100 N press a contact of steel in by
-# 1 um. Friction that was learnt on the rim is off by that share, however long it was learnt.
-_GIVES = 2e-6
 
 
 class Known(Record):
@@ -57,7 +50,7 @@ def fill_known(known: Known, estimate: Estimate, determinant: float, band: float
     scene, reactions = estimate.scene, estimate.reactions
     clearance, variance = scene.D - scene.d, max(estimate.friction_variance, 0.0)
     if variance > 0.0 and estimate.motion.gamma < scene.gamma0:
-        variance += (scene.f * _GIVES / clearance) ** 2
+        variance += (scene.f * KNOWN_QUANTITIES.gives / clearance) ** 2
     known.friction, known.friction_stddev = scene.f, sqrt(variance)
     known.clearance = clearance
     known.clearance_stddev = sqrt(max(estimate.diameter_variance, 0.0))
@@ -68,6 +61,13 @@ def fill_known(known: Known, estimate: Estimate, determinant: float, band: float
     for i in range(3):
         # There B1 and B2 are halves.
         share = 2.0 if two and i > 0 else 1.0
-        clear = clear and share * sqrt(max(reactions.covariance[i, i], 0.0)) <= total / _SHARE
-        clear = clear and share * fabs(reactions.by_friction[i]) <= total / _BY_FRICTION
+        clear = (
+            clear
+            and share * sqrt(max(reactions.covariance[i, i], 0.0))
+            <= total / KNOWN_QUANTITIES.over_spread
+        )
+        clear = (
+            clear
+            and share * fabs(reactions.by_friction[i]) <= total / KNOWN_QUANTITIES.over_friction
+        )
     known.reactions_determined = clear

@@ -4,11 +4,8 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import Mode, Touch
+from peg_on_hole_ros.monitor.tuned import MODE_DWELL
 from peg_on_hole_ros.typed_record import Record
-
-# A motion that orientations have refuted is believed again once it has gone on for so long [s]. A
-# wrong setting is refuted every 25 ms, and must not be declared a mode in between.
-CONFIRMED = 0.05
 
 
 class DeclaredMode(Record):
@@ -111,7 +108,9 @@ def declare_mode(
     waited = t - declared.candidate_since
     if best != declared.weighed and waited >= settings.mode_dwell:
         declared.weighed = best
-    dwell = max(settings.mode_dwell, CONFIRMED) if declared.refuted else settings.mode_dwell
+    dwell = (
+        max(settings.mode_dwell, MODE_DWELL.confirmed) if declared.refuted else settings.mode_dwell
+    )
     if best != declared.mode and waited >= dwell:
         declared.mode, declared.refuted = best, False
     _follow_touch(declared, settings, t, shown.free)

@@ -13,6 +13,7 @@ from peg_on_hole_ros.monitor.trend import (
     rate_stddev,
     value_after,
 )
+from peg_on_hole_ros.monitor.tuned import FOLLOWED_MOTION
 from peg_on_hole_ros.typed_record import Floats, Record
 
 # A held peg moves as smoothly as its holder. The estimator must not assume that: its components
@@ -20,11 +21,7 @@ from peg_on_hole_ros.typed_record import Floats, Record
 # some 0.02 rad/s. Of drawn insertions that slide, orientations over tens of milliseconds tell it
 # twice as well just below gamma0, and ten times as well where depth hangs on it most.
 
-# A forecast further ahead says nothing [s].
-LONGEST = 30.0
 SQRT2 = sqrt(2.0)
-# How much quicker turning is than tilting, and the quick tilt than the steady one.
-TURN_SHARE = 10.0
 
 
 class Measured(Record):
@@ -113,7 +110,7 @@ def follow_motion(
     # Turning is psi + phi d / D.
     ratio = settings.peg_diameter / settings.hole_diameter
     acceleration = settings.forecast_acceleration_stddev
-    memory, quick = settings.forecast_acceleration_time, TURN_SHARE * acceleration
+    memory, quick = settings.forecast_acceleration_time, FOLLOWED_MOTION.turn_share * acceleration
     variance = R[1, 1] + ratio * (2.0 * R[1, 2] + ratio * R[2, 2])
     measured = motion.measured
     measured.tilt, measured.variance = q[0], R[0, 0]
@@ -191,7 +188,7 @@ def time_to_reach(
         kept = exp(-t / memory)
         now = margin + t * rate + memory * memory * (kept - 1.0 + t / memory) * tilt.drive
         speed = rate + memory * (1.0 - kept) * tilt.drive
-        if speed >= 0.05 * rate or t > LONGEST:
+        if speed >= 0.05 * rate or t > FOLLOWED_MOTION.longest:
             return -1.0, 0.0
         step = -now / speed
         t = max(t + step, 0.0)

@@ -8,9 +8,7 @@ from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.motion import MotionTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import rate_after
-
-# A jump of the tilt is followed for this long before it counts as a motion [s].
-_CALM = 0.01
+from peg_on_hole_ros.monitor.tuned import FOLLOWED_MOTION
 
 
 class Passed(NamedTuple):
@@ -72,5 +70,5 @@ def moving_now(motion: MotionTrend, since: float, settings: MonitorSettings) -> 
     rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
     # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
     # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
-    known = fabs(rate) > 3.0 * spread and motion.calm >= _CALM
+    known = fabs(rate) > 3.0 * spread and motion.calm >= FOLLOWED_MOTION.calm
     return Moving(rate, turn, turn_variance, rest_rate, closing, rest, known)

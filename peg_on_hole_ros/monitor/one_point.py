@@ -4,26 +4,20 @@ from math import exp, log, pi, sqrt
 
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contacts import MOST, below
+from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, ONE_POINT
 from peg_on_hole_ros.typed_record import Floats
 
 # Hypotheses: K alone, B alone, both.
 K_ALONE, B_ALONE, BOTH = range(3)
 COUNT = 3
-# Before any evidence, of a peg that touches below gamma0: most rest on two.
-_PRIOR = (0.15, 0.15, 0.7)
-# What a reaction that is there may be, before it is looked at [N]. Of 1, 3, 10 and 20 N this parts
-# one point from two best: 98 and 99 % of the samples of 60 insertions are told right.
-REACTION = 10.0
-# Beyond so many deviations its tail alone counts.
-_TAIL = -5.0
 
 
 @compiled
 def forget_points(probabilities: Floats) -> None:
     """Take the probabilities, shape (3,), as they are before any evidence."""
     for i in range(COUNT):
-        probabilities[i] = _PRIOR[i]
+        probabilities[i] = ONE_POINT.prior[i]
 
 
 @compiled
@@ -44,9 +38,13 @@ def absence(normal: float, variance: float) -> float:
     sigma = sqrt(max(variance, 1e-18))
     z = normal / sigma
     # The density at zero of what pushes, whose tail cancels the square.
-    tail = 0.5 * log(0.5 * pi) + log(-z) if z < _TAIL else -0.5 * z * z - log(2.0 * below(z))
-    ratio = tail - log(sigma) + 0.5 * log(REACTION * REACTION + sigma * sigma)
-    return min(max(ratio, -MOST), MOST) if ratio == ratio else 0.0
+    tail = (
+        0.5 * log(0.5 * pi) + log(-z) if z < ONE_POINT.tail else -0.5 * z * z - log(2.0 * below(z))
+    )
+    ratio = tail - log(sigma) + 0.5 * log(ONE_POINT.reaction * ONE_POINT.reaction + sigma * sigma)
+    return (
+        min(max(ratio, -EVIDENCE_WEIGHTS.most), EVIDENCE_WEIGHTS.most) if ratio == ratio else 0.0
+    )
 
 
 @compiled
@@ -70,7 +68,7 @@ def weigh_points(
     """
     change, share = 1.0 - exp(-rate * dt), min(dt / correlation, 1.0)
     for i in range(COUNT):
-        probabilities[i] += change * (_PRIOR[i] - probabilities[i])
+        probabilities[i] += change * (ONE_POINT.prior[i] - probabilities[i])
     # B stands as two equal halves.
     N, C = estimate.reactions.normal, estimate.reactions.covariance
     of_B = C[1, 1] + 2.0 * C[1, 2] + C[2, 2]

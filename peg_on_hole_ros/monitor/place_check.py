@@ -7,14 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
-from peg_on_hole_ros.monitor.contacts import MOST
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.typed_record import Floats, Record
-
-# A peg that does not rest on three contacts is anywhere about there [m]: lifted, or laid down.
-ELSEWHERE = 5e-3
-# Above gamma0 by this share: the closed forms end at gamma0.
-_EDGE = 1e-4
-_STEP = 1e-6
 
 
 class Misfit(NamedTuple):
@@ -28,7 +22,7 @@ class Misfit(NamedTuple):
     deviations : float
         The same in standard deviations, all three coordinates together.
     evidence : float
-        Log ratio, p(place | elsewhere) over p(place | contacts), in 0 to MOST: a place that
+        Log ratio, p(place | elsewhere) over p(place | contacts), from 0 to the most: a place that
         fits is no evidence, for a peg in the air a micrometre above the rim is there too.
 
     """
@@ -61,7 +55,7 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> Floats:
     Source: docs/notation.md, G1 to G3: O is a1 above the rim, and a2 up the peg's axis.
     """
     gamma0 = 2.0 * asin(sqrt((D - d) / (2.0 * D)))
-    gamma = max(gamma, gamma0 * (1.0 + _EDGE))
+    gamma = max(gamma, gamma0 * (1.0 + PLACE_CHECK.edge))
     s, c, a1, a2 = closed_forms(d, D, 0.0, gamma0, gamma)[:4]
     return np.array([a2 * s * cos(psi), a2 * s * sin(psi), a1 - a2 * c])
 
@@ -124,7 +118,7 @@ def misfit(
     place = touching_place(d, D, gamma, psi)
     residual = position - place
     slopes = np.zeros((3, 2))
-    slopes[:, 0] = (touching_place(d, D, gamma + _STEP, psi) - place) / _STEP
+    slopes[:, 0] = (touching_place(d, D, gamma + PLACE_CHECK.step, psi) - place) / PLACE_CHECK.step
     slopes[0, 1], slopes[1, 1] = -place[1], place[0]
     S = position_covariance.copy()
     for i in range(3):
@@ -141,12 +135,12 @@ def misfit(
 @compiled
 def _misfit(residual: Floats, S: Floats) -> Misfit:
     """Return the misfit of a residual with a covariance."""
-    wide = S + ELSEWHERE * ELSEWHERE * np.eye(3)
+    wide = S + PLACE_CHECK.elsewhere * PLACE_CHECK.elsewhere * np.eye(3)
     squared, determinant = _weighed(S, residual)
     elsewhere, wide_determinant = _weighed(wide, residual)
     ratio = squared - elsewhere - log(wide_determinant / determinant)
     distance = sqrt((residual * residual).sum())
-    return Misfit(distance, sqrt(squared), min(max(0.5 * ratio, 0.0), MOST))
+    return Misfit(distance, sqrt(squared), min(max(0.5 * ratio, 0.0), EVIDENCE_WEIGHTS.most))
 
 
 @compiled

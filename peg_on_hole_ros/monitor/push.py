@@ -8,22 +8,10 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compile
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.moving import Moving
 from peg_on_hole_ros.monitor.trend import is_number
+from peg_on_hole_ros.monitor.tuned import PUSH_MEANS
 from peg_on_hole_ros.typed_record import Floats, Record
 
 # docs/jamming.md, "Stall", has the definition.
-
-# Two running means tell whether the push grows at all: slower than its trend, and steadier [s].
-_QUICK, _SLOW = 0.01, 0.04
-# A push grows, or is more than usual, by this share of what friction can hold, known to that.
-_MORE, _MORE_STDDEV = 0.15, 0.03
-# What push is usual for a motion is its mean over this time [s].
-_USUAL = 0.2
-# A push is compared with that of a motion that has lasted this long [s].
-_MOVED = 0.03
-# The sum of the reactions is its mean over this time [s].
-_TOTAL_OVER = 0.01
-# Above gamma0 by this share: the closed forms end at gamma0.
-EDGE = 1e-4
 
 
 class Means(Record):
@@ -101,7 +89,7 @@ def follow_total(push: Push, normal: Floats, dt: float) -> None:
     total = 0.0
     for i in range(3):
         total += fabs(normal[i])
-    share = min(dt / _TOTAL_OVER, 1.0) if push.total > 0.0 else 1.0
+    share = min(dt / PUSH_MEANS.total_over, 1.0) if push.total > 0.0 else 1.0
     push.total += share * (total - push.total)
 
 
@@ -114,7 +102,7 @@ def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, floa
     """
     motion, R = estimate.motion, estimate.wrench_noise
     angles = (motion.gamma, motion.psi, motion.phi)
-    tilt = max(motion.gamma, scene.gamma0 * (1.0 + EDGE))
+    tilt = max(motion.gamma, scene.gamma0 * (1.0 + PUSH_MEANS.edge))
     geo, wrench = pose_of(scene, angles, estimate.wrench, estimate.work)
     if not motion.gamma > scene.gamma0:
         geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, tilt)
@@ -163,30 +151,30 @@ def pushed_on(estimate: Estimate, push: Push, moving: Moving, dt: float, horizon
     _follow_means(push.force, force, dt, closing)
     _follow_means(push.against, against, dt, closing)
     push.moved += dt * closing
-    if push.moved < _MOVED or total == 0.0:
+    if push.moved < PUSH_MEANS.moved or total == 0.0:
         return Pushed(True, force, variance, held, 0.0, 0.0)
-    noise = variance * min(0.5 * dt / _QUICK, 1.0)
+    noise = variance * min(0.5 * dt / PUSH_MEANS.quick, 1.0)
     grows, more = _compared(push, held, noise, horizon)
     return Pushed(True, force, variance, held, grows, max(grows, more))
 
 
 @compiled
 def _follow_means(means: Means, value: float, dt: float, closing: float) -> None:
-    means.quick += min(dt / _QUICK, 1.0) * (value - means.quick)
-    means.slow += min(dt / _SLOW, 1.0) * (value - means.slow)
-    means.usual += min(dt / _USUAL, 1.0) * closing * (value - means.usual)
+    means.quick += min(dt / PUSH_MEANS.quick, 1.0) * (value - means.quick)
+    means.slow += min(dt / PUSH_MEANS.slow, 1.0) * (value - means.slow)
+    means.usual += min(dt / PUSH_MEANS.usual, 1.0) * closing * (value - means.usual)
 
 
 @compiled
 def _compared(push: Push, held: float, noise: float, horizon: float) -> tuple[float, float]:
     """Return the probabilities that the push grows, and that it is more than usual."""
     force, against = push.force, push.against
-    scatter = (_MORE_STDDEV * held) ** 2
-    slope = horizon / (_SLOW - _QUICK)
+    scatter = (PUSH_MEANS.more_stddev * held) ** 2
+    slope = horizon / (PUSH_MEANS.slow - PUSH_MEANS.quick)
     # A slip or slide that ends, or reverses, turns friction against the closing: that is no press.
     now = max(against.quick, 1e-9)
     turned = max(1.0 - against.slow / now, 0.0) * fabs(force.quick)
-    growth = slope * (force.quick - force.slow - turned) - _MORE * held
+    growth = slope * (force.quick - force.slow - turned) - PUSH_MEANS.more * held
     grows = below(growth / sqrt(slope * slope * noise + scatter))
     usual = force.usual + max(now / max(against.usual, 1e-9) - 1.0, 0.0) * fabs(force.usual)
-    return grows, below((force.quick - usual - _MORE * held) / sqrt(noise + scatter))
+    return grows, below((force.quick - usual - PUSH_MEANS.more * held) / sqrt(noise + scatter))

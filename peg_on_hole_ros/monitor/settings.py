@@ -6,11 +6,8 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor.tuned import TRANSITION_FLAG
 from peg_on_hole_ros.typed_record import Floats, Record, Vector3, dtype_of, new
-
-# A forecast knows a learnt clearance no better than to this share of its stated spread: what the
-# way there tells of it is one thing with friction and with how the motion goes on.
-FORECAST_CLEARANCE = 0.05
 
 
 class MonitorSettings(Record):
@@ -65,7 +62,7 @@ def monitor_settings(
     for name in dtype_of(MonitorSettings).names or ():
         if hasattr(options, name):
             setattr(settings, name, getattr(options, name))
-    settings.forecast_clearance_stddev = FORECAST_CLEARANCE * scene.clearance_stddev
+    settings.forecast_clearance_stddev = TRANSITION_FLAG.clearance_share * scene.clearance_stddev
     settings.force_stddev = force_stddev
     settings.peg_diameter, settings.hole_diameter = scene.peg_diameter, scene.hole_diameter
     settings.peg_height = scene.peg_height

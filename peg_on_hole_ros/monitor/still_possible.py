@@ -11,15 +11,12 @@ from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.tuned import PRESENT_STATE
 from peg_on_hole_ros.records import Alarm
 from peg_on_hole_ros.typed_record import Floats
 
 # Alarms that a motion on three contacts can be chosen against.
 _ADVISED = ("jamming", "overload")
-# A turn counts where it is so many standard deviations from zero.
-_SURE = 3.0
-# Least clearance, over the stated one.
-_LEAST = 0.05
 
 
 class StillPossible:
@@ -98,7 +95,7 @@ def possible(outputs: Outputs, configuration: Configuration) -> str:
 def _known(outputs: Outputs, scene: Scene) -> Scene:
     told, stated = outputs.monitor, scene.hole_diameter - scene.peg_diameter
     # A clearance of nothing has no gamma0.
-    clearance = max(told["clearance"], _LEAST * stated)
+    clearance = max(told["clearance"], PRESENT_STATE.least_clearance * stated)
     return replace(
         scene,
         peg_diameter=scene.hole_diameter - clearance,
@@ -115,7 +112,9 @@ def _rates(outputs: Outputs, scene: Scene) -> Floats:
     turn = float(weights @ outputs.state[4:])
     variance = float(weights @ outputs.state_covariance[4:, 4:] @ weights)
     closing = min(float(outputs.state[3]), 0.0)
-    return np.array([closing, 0.0, turn / ratio if turn * turn > _SURE**2 * variance else 0.0])
+    return np.array(
+        [closing, 0.0, turn / ratio if turn * turn > PRESENT_STATE.sure**2 * variance else 0.0]
+    )
 
 
 def _push(outputs: Outputs, scene: Scene, cell: Cell, rates: Floats) -> tuple[float, float, float]:

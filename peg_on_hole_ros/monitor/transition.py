@@ -5,10 +5,8 @@ from math import nan
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import since_when
+from peg_on_hole_ros.monitor.tuned import TRANSITION_FLAG
 from peg_on_hole_ros.typed_record import Record
-
-# A peg that has been in the air above gamma0 for so long [s] has left the rim.
-LEFT = 0.2
 
 
 class Transition(Record):
@@ -74,7 +72,7 @@ def raise_flag(
     in_air = not (1.0 - touching) * (1.0 - below) <= 0.5
     since = since_when(transition.in_air_above_gamma0_since, in_air, t)
     transition.in_air_above_gamma0_since = since
-    if t - since >= LEFT:
+    if t - since >= TRANSITION_FLAG.left:
         transition.contact_above_gamma0 = False
     inside = touching * below > settings.transition_probability_on
     transition.flag = transition.contact_above_gamma0 and inside

@@ -3,15 +3,12 @@
 from math import exp, fabs, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.tuned import RATE_TREND
 from peg_on_hole_ros.typed_record import Record
 
 # The acceleration is an Ornstein-Uhlenbeck process (Singer, IEEE Trans. AES-6, 1970).
 # Beyond this a number is refused like one that is none: its square's square is not finite.
 LARGEST = 1e60
-# White noise of the rates beside it: what a holder trembles [rad/s per root of a second].
-TREMBLE = 0.002
-# A jump of the rate, as at touch-down and where the peg sticks: 1 of 2000 by chance.
-JUMP = 12.0
 
 
 class Trend(Record):
@@ -65,7 +62,11 @@ def forget_trend(trend: Trend) -> None:
 
 @compiled
 def carry(
-    trend: Trend, dt: float, acceleration: float, memory: float, tremble: float = TREMBLE
+    trend: Trend,
+    dt: float,
+    acceleration: float,
+    memory: float,
+    tremble: float = RATE_TREND.tremble,
 ) -> None:
     """
     Carry a trend over a time.
@@ -117,7 +118,7 @@ def correct(
     variance: float,
     since: float,
     acceleration: float,
-    jump_at: float = JUMP,
+    jump_at: float = RATE_TREND.jump,
 ) -> bool:
     """
     Correct a trend by what its value was off.
@@ -208,7 +209,7 @@ def value_after(trend: Trend, t: float, acceleration: float, memory: float) -> t
     else:
         q = 1.0 - kept * kept + 2.0 * u + 2.0 / 3.0 * u**3 - 2.0 * u * u - 4.0 * u * kept
     variance += acceleration * acceleration * memory**4 * q
-    return x, variance + TREMBLE * TREMBLE * t**3 / 3.0
+    return x, variance + RATE_TREND.tremble * RATE_TREND.tremble * t**3 / 3.0
 
 
 @compiled

@@ -9,7 +9,7 @@ from judging import risk_of
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.dangers.load import NOTHING, follow_load, over_limit
+from peg_on_hole_ros.monitor.dangers.load import follow_load, over_limit
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.dangers.stall import Stall, follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitor.judgement import follow_orientation
@@ -17,6 +17,7 @@ from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.monitor.trend import Trend
+from peg_on_hole_ros.monitor.tuned import LOAD_AHEAD
 from peg_on_hole_ros.typed_record import new
 from under_way import move, placed, press
 
@@ -97,13 +98,13 @@ def test_a_load_that_rises_is_seen_to_pass_its_limit_ahead():
 
 def test_what_is_not_determined_says_nothing():
     # Reactions jump about by hundreds of newtons, and are said to be known to thousands.
-    assert loaded(lambda now: 300.0, 3000.0, noise=300.0)[1].max() == NOTHING
+    assert loaded(lambda now: 300.0, 3000.0, noise=300.0)[1].max() == LOAD_AHEAD.nothing
     # Nor does it undo what was known.
     trend = new(Trend)
     for k in range(100):
         normal, stddev = (200.0, 1.0) if k < 50 else (900.0, 3000.0)
         follow_load(trend, normal, stddev**2, 500.0, 1e-3)
-    assert NOTHING < over_limit(trend, 3000.0**2, 500.0, 0.0) < -1.3
+    assert LOAD_AHEAD.nothing < over_limit(trend, 3000.0**2, 500.0, 0.0) < -1.3
 
 
 def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
@@ -114,9 +115,9 @@ def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
         follow_load(trend, 150.0, stddev**2, 500.0, 1e-3)
         after.append(over_limit(trend, stddev**2, 500.0, 0.2))
     # Two standard deviations below the limit until it is forgotten, after a fifth of a second.
-    assert min(after[100:250]) > NOTHING and max(after[150:]) < -1.9
-    assert after[599] == NOTHING
-    assert NOTHING < after[-1] < -3.0
+    assert min(after[100:250]) > LOAD_AHEAD.nothing and max(after[150:]) < -1.9
+    assert after[599] == LOAD_AHEAD.nothing
+    assert LOAD_AHEAD.nothing < after[-1] < -3.0
 
 
 @pytest.mark.parametrize(("stddev", "counts"), [(20.0, 20.0), (100.0, 46.0)])

@@ -19,21 +19,13 @@ from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
-from peg_on_hole_ros.monitor import contacts
-from peg_on_hole_ros.monitor.contact_load import (
-    LIFT,
-    ROOM,
-    ContactLoad,
-    carried_load,
-    stands_out,
-)
+from peg_on_hole_ros.monitor.contact_load import ContactLoad, carried_load, stands_out
 from peg_on_hole_ros.monitor.contacts import (
     CLOSED,
     COUNT,
     FREE,
     LOST_B1,
     LOST_K,
-    MOST,
     OTHER,
     ContactEvidence,
     load_evidence,
@@ -47,6 +39,7 @@ from peg_on_hole_ros.monitor.memory import Memory, begin_memory
 from peg_on_hole_ros.monitor.motion import follow_motion
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, FREE_PEG_LOAD
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.plan import plan_from_tree
@@ -57,6 +50,7 @@ from tiers import nightly
 from two_points import samples
 from under_way import move, placed, press
 
+MOST = EVIDENCE_WEIGHTS.most
 OPTIONS = MonitorOptions()
 SCENE = Scene()
 PRESSED = Shown(0.95, 0, 0.01, 0.0, 0.01, 0.03, 0.0, -1, 0, 0, 1, 0, 0, 0)
@@ -88,7 +82,7 @@ def test_probabilities_are_those_of_the_sum_over_all_paths():
         (1.0, -2.0, 0.4, 0.1, -0.3),
     ]
     prior = no_knowledge()
-    change, again = 1 - exp(-rate * dt), 1 - exp(-dt / contacts.RETRY)
+    change, again = 1 - exp(-rate * dt), 1 - exp(-dt / EVIDENCE_WEIGHTS.retry)
     changed = change * np.tile(prior, (COUNT, 1)) + (1 - change) * np.eye(COUNT)
     tried = np.eye(COUNT)
     tried[OTHER, OTHER], tried[OTHER, CLOSED] = 1 - again, again
@@ -157,7 +151,13 @@ def test_evidence_is_the_ratio_of_its_probabilities_and_bounded():
 
 def settle(p, seconds=0.1, **given):
     """Show one piece of evidence for a while; none for an opening, and against another contact."""
-    values = {"load": MOST, "lost_K": -MOST, "lost_B1": -MOST, "lost_B2": -MOST, "other": -MOST}
+    values = {
+        "load": MOST,
+        "lost_K": -MOST,
+        "lost_B1": -MOST,
+        "lost_B2": -MOST,
+        "other": -MOST,
+    }
     evidence = ContactEvidence(**values | given)
     for _ in range(round(seconds * 1e3)):
         weigh(p, evidence, 1e-3, OPTIONS.mode_change_rate, OPTIONS.evidence_time)
@@ -191,7 +191,7 @@ def test_at_rest_a_lost_contact_is_forgotten_and_in_motion_it_is_not():
     moves = settle(settle(no_knowledge(), lost_K=MOST), **even)
     assert moves[LOST_K] > 0.8
     rests = settle(settle(no_knowledge(), lost_K=MOST), **even, displaced=0.0, rest=1.0)
-    # Two times RETRY: a seventh is left.
+    # Two times `retry`: a seventh is left.
     assert rests[LOST_K] < 0.25 and rests[CLOSED] > 0.7
     # And as soon as it shows again, it is lost again.
     assert settle(rests, lost_K=MOST)[LOST_K] > 0.8
@@ -340,7 +340,7 @@ def euler_state(axes, spin):
 def test_a_rim_pushes_and_does_not_pull():
     kalman = placed([0.1, 0.2, 0.3], scene=SCENE, noise=1e-6, rate_variance=0.0)
     axes = peg_axes(kalman.x[:3])
-    for force, counted in ((3.0, 3.0 / LIFT), (-3.0, 3.0)):
+    for force, counted in ((3.0, 3.0 / FREE_PEG_LOAD.lift), (-3.0, 3.0)):
         total = np.array([0.0, 0.0, force]) - 0.5 * np.array(SCENE.gravity)
         load, _ = carried(kalman, [np.array([*(total @ axes), 0, 0, 0])])
         assert load == pytest.approx(counted, rel=1e-9)
@@ -622,7 +622,7 @@ def test_a_load_counts_by_the_joint_noise_of_force_and_couple():
         g, f = np.cos([0.05, 0.9]), np.sin([0.05, 0.9])
         down = np.array([-f[0] * g[1], f[0] * f[1], -g[0]])
         x = over * (wrench + weight * np.array([*down, 0, 0, 0]))
-        S = np.eye(6) + 6 * ROOM * over[:, None] * covariance * over
+        S = np.eye(6) + 6 * FREE_PEG_LOAD.room * over[:, None] * covariance * over
         assert found == pytest.approx(x @ np.linalg.solve(S, x), rel=1e-6)
 
 

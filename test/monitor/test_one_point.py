@@ -12,7 +12,8 @@ from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.one_point import REACTION, absence, forget_points, weigh_points
+from peg_on_hole_ros.monitor.one_point import absence, forget_points, weigh_points
+from peg_on_hole_ros.monitor.tuned import ONE_POINT
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.typed_record import new
 from two_points import samples, tilt_at
@@ -64,7 +65,7 @@ def test_two_that_carry_are_not_told_as_one(kind):
 @pytest.mark.parametrize(("normal", "stddev"), [(0.3, 0.5), (1.0, 0.4), (-0.2, 0.3), (-3.0, 0.5)])
 def test_absence_is_the_ratio_of_likelihoods(normal, stddev):
     """By quadrature over what pushes, as wide as it may be before it is looked at."""
-    wide = np.hypot(REACTION, stddev)
+    wide = np.hypot(ONE_POINT.reaction, stddev)
     # What measured the reaction, freed of the prior that its posterior has in it.
     variance = 1.0 / (1.0 / stddev**2 - 1.0 / wide**2)
     measured = normal / stddev**2 * variance

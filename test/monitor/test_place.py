@@ -12,8 +12,8 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.orientation import PegJoints, RobotJoints
 from peg_on_hole_ros.measurements.screws import TipPoses
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.contacts import MOST
 from peg_on_hole_ros.monitor.place_check import misfit, touching_place
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import integrate
@@ -66,7 +66,7 @@ def test_only_a_place_that_cannot_be_explained_is_evidence():
     assert held_against(measured(q, place)).evidence == 0.0
     lifted = place + [0.0, 0.0, 1e-3]
     found = held_against(measured(q, lifted))
-    assert found.evidence == MOST
+    assert found.evidence == EVIDENCE_WEIGHTS.most
     assert found.offset == pytest.approx(1e-3) and found.deviations == pytest.approx(10, rel=0.01)
     # Two standard deviations of one draw of the hole's place say nothing.
     assert held_against(measured(q, place + [2e-4, 0, 0])).evidence == 0.0
@@ -89,7 +89,7 @@ def test_below_gamma0_a_peg_touches_the_hole_only_from_within(place, off):
     found = held_against(measured([0.010, 0.3, 0.0], place, 1e-3))
     assert found.offset == pytest.approx(off, abs=1e-7)
     assert found.deviations == pytest.approx(off / 1e-3, abs=1e-3)
-    assert (found.evidence > 0.9 * MOST) == (off > 4.5e-3)
+    assert (found.evidence > 0.9 * EVIDENCE_WEIGHTS.most) == (off > 4.5e-3)
 
 
 @pytest.mark.parametrize(("height", "mode"), [(0.3, "open"), (-0.008, "two_point")])

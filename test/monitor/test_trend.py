@@ -16,7 +16,8 @@ from peg_on_hole_ros.monitor.motion import (
     time_to_reach,
 )
 from peg_on_hole_ros.monitor.settings import monitor_settings
-from peg_on_hole_ros.monitor.trend import TREMBLE, Trend, rate_after, value_after
+from peg_on_hole_ros.monitor.trend import Trend, rate_after, value_after
+from peg_on_hole_ros.monitor.tuned import RATE_TREND
 from peg_on_hole_ros.typed_record import new
 
 NOISE, ACCELERATION, MEMORY = 1e-4, 0.3, 0.2
@@ -85,7 +86,7 @@ def driven(t):
         return MEMORY * s - MEMORY**2 * (1 - exp(-s / MEMORY))
 
     white = density * quad(lambda s: weight(s) ** 2, 0, t)[0]
-    return white + TREMBLE**2 * t**3 / 3
+    return white + RATE_TREND.tremble**2 * t**3 / 3
 
 
 def test_forecast_without_orientation_is_the_integral_of_the_model():
@@ -134,7 +135,7 @@ def test_time_to_reach_is_where_the_mean_motion_crosses(acceleration):
 
 @pytest.mark.parametrize(
     ("tilt", "rate", "acceleration"),
-    # Below the level, rising, not surely falling, at rest before, and after more than LONGEST.
+    # Below the level, rising, not surely falling, at rest before, and after more than the longest.
     [
         (0.17, -0.1, 0.0),
         (0.2, 0.1, 0.0),

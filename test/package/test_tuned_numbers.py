@@ -1,5 +1,6 @@
 """Tuned numbers: each is listed once, with its unit and its reason, as the page has it."""
 
+import ast
 import importlib
 import inspect
 from math import isfinite
@@ -7,6 +8,7 @@ from math import isfinite
 import pytest
 
 from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 from peg_on_hole_ros.tuned_numbers import TunedNumbers, listed, tuned_numbers
 from scripts import loaded
 from simulated import ROOT
@@ -75,3 +77,90 @@ def test_the_page_of_tuned_numbers_is_that_of_the_sources():
     tables = loaded(ROOT / "tools" / "tuned_table.py")
     page = tables.PAGE.read_text(encoding="utf-8")
     assert tables.written(page) == page, "python tools/tuned_table.py"
+
+
+# Numbers of modules that nobody chose by trying, and what they are.
+NOT_TUNED = {
+    "engine/ring": {"_NONE": "no place"},
+    "engine/state": {"ORIENTATION": "columns"},
+    "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
+    "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
+    "measurements/orientation": {"ROW": "columns"},
+    "measurements/wrench_noise": {"_THIRD": "of the third difference of white noise"},
+    "estimator/contact_sets/free": {"UNKNOWN_REACTIONS": "contacts"},
+    "estimator/contact_sets/three_on_rim": {"UNKNOWN_REACTIONS": "contacts"},
+    "estimator/contact_sets/two_in_hole": {"UNKNOWN_REACTIONS": "contacts"},
+    "estimator/contact_sets/unknown": {"UNKNOWN_REACTIONS": "contacts"},
+    "estimator/noise": {"_CHANGE _THIRD": "of differences of white noise"},
+    "estimator/settings": {"MOST_MODES": "room in a record"},
+    "estimator/snapshot": {"WORD": "bytes"},
+    "estimator/state": {
+        "ANGLE RATE ACCELERATION FRICTION OPEN": "places in the state",
+        "MOST_HYPOTHESES": "room in a record",
+    },
+    "estimator/wrench_update": {"_GRAVITY": "a constant of nature", "_EQUATIONS": "equations"},
+    "identification/outliers": {"_LINES": "pairs of neighbours"},
+    "identification/quantities": {
+        "TYPICAL_FORCE TYPICAL_DIAMETER": "what the table of quantities is stated for",
+        "DELAY_AT CLEARANCE_AT FRICTION_AT": "places among them",
+    },
+    "identification/selection": {"NORMAL_95": "of a normal distribution"},
+    "monitor/alarm_text": {"ANY ALL PLAIN HOLE": "places in tables"},
+    "monitor/contacts": {"COUNT": "hypotheses"},
+    "monitor/one_point": {"COUNT": "hypotheses"},
+    "monitor/output_row": {"NOT_JUDGED": "a name"},
+    "monitor/trend": {"LARGEST": "bound of what squares are finite of"},
+    "diagnosis/fence": {"_MOST": "characters of a text"},
+    "diagnosis/hypotheses": {"WIDTH": "columns", "_KN _N_MM _KN_M": "units"},
+    "diagnosis/suspected/rim_motion": {"_THIRD": "of the third difference of white noise"},
+    "diagnosis/suspected/unobservable": {"_FRICTION _CLEARANCE _GAMMA _LEVER": "places"},
+    "diagnosis/window": {
+        "_T _WRENCH _Q _LOOKED _LEFT ROW": "columns",
+        "SCENE SENSOR PAYLOAD NOISE CARRIED LEVER BASE FRICTION": "places in the settings",
+        "_ALONE _WITH_RATES _TRIED _TRIED_WITH_RATES": "how far a row is looked at",
+    },
+}
+
+
+def numbers_of(path):
+    """Yield the names that a module gives to numbers as they are written."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+            continue
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        for target in targets:
+            pairs = [(target, node.value)]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = list(zip(target.elts, node.value.elts, strict=True))
+            yield from (name.id for name, value in pairs if is_number(value))
+
+
+def is_number(value):
+    """Return whether an expression is numbers alone, and what is calculated or made of them."""
+    parts = list(ast.walk(value))
+    written = [part.value for part in parts if isinstance(part, ast.Constant)]
+    plain = ast.Constant, ast.UnaryOp, ast.unaryop, ast.BinOp, ast.operator, ast.Tuple, ast.Load
+    return all(isinstance(part, plain) for part in parts) and any(
+        isinstance(each, int | float) and not isinstance(each, bool) for each in written
+    )
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_numbers_of_a_room_are_tuned_or_listed_here_with_what_they_are(room):
+    found = {}
+    for path in sorted((PACKAGE_FOLDER / room).rglob("*.py")):
+        if names := set(numbers_of(path)):
+            found[path.relative_to(PACKAGE_FOLDER).with_suffix("").as_posix()] = names
+    listed_here = {
+        module: {name for names in of for name in names.split()}
+        for module, of in NOT_TUNED.items()
+        if module.partition("/")[0] == room
+    }
+    assert found == listed_here
+
+
+def test_a_number_of_a_module_is_found_however_it_is_written(tmp_path):
+    module = tmp_path / "module.py"
+    lines = "A, B = 1.0, D", "E: float = -2 * 3.0", "F = (0.1, 0.2)", "g = f(0.5)", "H = 'a'"
+    module.write_text("\n".join(lines))
+    assert list(numbers_of(module)) == ["A", "E", "F"]

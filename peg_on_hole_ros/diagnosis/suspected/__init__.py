@@ -29,7 +29,8 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
 calls and fences each look, reports and adopts what is found. Counts, causes in `/diagnostics`,
 what is withheld in doubt, and the tables of docs/integration.md follow from it.
 
-To add a member, touch these files: a module here, and `registry.py` (its line). `make format`
-writes its lines into docs/integration.md. What else a wrench may mean (sign, axes, weight, units)
-is one member, `wrong_wrench`, over the list of `diagnosis/hypotheses.py`: a line there adds one.
+To add a member, touch these files: a module here, `diagnosis/tuned.py` (a record of its numbers),
+and `registry.py` (its line). `make format` writes its lines into docs/integration.md. What else a
+wrench may mean (sign, axes, weight, units) is one member, `wrong_wrench`, over the list of
+`diagnosis/hypotheses.py`: a line there adds one.
 """

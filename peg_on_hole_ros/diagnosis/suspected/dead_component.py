@@ -4,18 +4,8 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.tuned import DEAD_COMPONENT_TEST
 
-# Wrenches with one value, bit for bit, after which a component is suspected, before any other
-# setting can be reported; and after which it is reported itself.
-_SUSPECTED, _REPORTED = 10, 25
-# Components that stay together at most, force and torque. Where more do, what comes is no sensor's
-# reading: coarsely rounded, or calculated without noise.
-_MOST = 2
-# Distinct values of a component that is alive, over wrenches.
-_ALIVE = 0.8
-# Least distance of two of its values, over the stated noise: coarser steps are those of a rounding
-# that may hide the noise of the others as well.
-_FINE = 0.5
 _NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
 
 
@@ -23,7 +13,7 @@ class DeadComponent(Suspect):
     """
     Looks for components that are 0, or one other value, whatever acts on the peg.
 
-    More than _MOST components that stay are no finding: coarse rounding does that too, and so
+    More than a few components that stay are no finding: coarse rounding does that too, and so
     does a load that is calculated without noise.
 
     Parameters
@@ -50,7 +40,7 @@ class DeadComponent(Suspect):
 
     def restart(self) -> None:
         """Forget all."""
-        self._rows = np.zeros((_REPORTED, 6))
+        self._rows = np.zeros((DEAD_COMPONENT_TEST.reported, 6))
         self._taken = 0
         # Those that are reported, with their values.
         self._dead: dict[int, float] = {}
@@ -67,12 +57,12 @@ class DeadComponent(Suspect):
         """Take a wrench, see the package."""
         sample = moment.sample
         now = (*sample.force, *sample.torque)
-        self._rows[self._taken % _REPORTED] = now
+        self._rows[self._taken % DEAD_COMPONENT_TEST.reported] = now
         self._taken += 1
         # Once reported it is dead for as long as its value stays, however the others move.
         self._dead = {i: value for i, value in self._dead.items() if now[i] == value}
-        self.hides = bool(self._dead) or bool(self._staying(_SUSPECTED))
-        if self.hides and not self._dead and (dead := self._staying(_REPORTED)):
+        self.hides = bool(self._dead) or bool(self._staying(DEAD_COMPONENT_TEST.suspected))
+        if self.hides and not self._dead and (dead := self._staying(DEAD_COMPONENT_TEST.reported)):
             self._dead = {i: now[i] for i in dead}
             which = " and ".join(
                 f"{_NAMES[i]} stays at {now[i]:.4g} {'N' if i < 3 else 'N m'}" for i in dead
@@ -88,10 +78,11 @@ class DeadComponent(Suspect):
         """Return which components have kept one value over so many wrenches."""
         if self._taken < count:
             return []
-        latest = self._rows[np.arange(self._taken - count, self._taken) % _REPORTED]
+        places = np.arange(self._taken - count, self._taken) % DEAD_COMPONENT_TEST.reported
+        latest = self._rows[places]
         stays = (latest == latest[0]).all(axis=0)
         found: list[int] = []
-        if np.count_nonzero(stays) > _MOST:
+        if np.count_nonzero(stays) > DEAD_COMPONENT_TEST.most:
             return found
         for kind in (slice(0, 3), slice(3, 6)):
             if stays[kind].any() and self._alive(latest[:, kind], self._noise[kind.start]):
@@ -102,6 +93,7 @@ class DeadComponent(Suspect):
         """Return whether a component of a kind changes, and by steps that do not hide noise."""
         for column in values.T:
             steps = np.diff(np.unique(column))
-            if len(steps) + 1 >= _ALIVE * len(column) and steps.min() < _FINE * noise:
+            alive = len(steps) + 1 >= DEAD_COMPONENT_TEST.alive * len(column)
+            if alive and steps.min() < DEAD_COMPONENT_TEST.fine * noise:
                 return True
         return False

@@ -11,6 +11,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import offsets_of, stated_offsets
+from peg_on_hole_ros.diagnosis.tuned import DELAY_TRIAL
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
     CLEARANCE_AT,
@@ -27,22 +28,6 @@ from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.records import AngleMeasurement
 
-# Looks that are held against one another, the time from one to the next at most [ns], and the
-# means that stand for the wrenches from one to the next.
-KEPT, SILENCE_NS, MEANS = 50, 60_000_000, 4
-# Looks between two judgements; twice as many after each one that decides nothing.
-EVERY, DOUBLED = 25, 7
-# Delays that are tried beside the stated one [s], first those.
-FIRST, TRIED = 0.01, (0.005, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06)
-# Nats from which on one is looked at closely, by which it has to be likelier than what is stated,
-# and than any other setting; and the least that is told [s].
-LIKELIER, SURE, APART, LEAST = 5.0, 15.0, 5.0, 0.003
-# Share of a load that friction and levers leave unexplained.
-UNEXPLAINED = 0.002
-# Tilts above gamma0, slips above one that may be slow, and the change of a rate over its most that
-# makes a delay differ from a turn of the hole.
-NEAREST_TILT, SLIDES, CHANGES = 1.03, 2.0, 0.5
-ITERATIONS = 3
 # Coordinates of what else may be off, in the order of `unobservable.KINDS`.
 KINDS = [FRICTION_AT], [CLEARANCE_AT], [3], [1, 2], [4, 5, 6], [7, 8]
 HYPOTHESES = [], [DELAY_AT], *KINDS
@@ -56,9 +41,10 @@ class _Look(NamedTuple):
     touches: bool
 
     def means(self) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return stamps and means of MEANS parts of the wrenches, and how many the last is of."""
+        """Return stamps and means of some parts of the wrenches, and how many the last is of."""
         t_ns, wrenches = (np.concatenate(each) for each in zip(*self.passed))
-        begins = np.arange(min(MEANS, len(t_ns))) * len(t_ns) // min(MEANS, len(t_ns))
+        parts = min(DELAY_TRIAL.means, len(t_ns))
+        begins = np.arange(parts) * len(t_ns) // parts
         counts = np.diff(begins, append=len(t_ns))
         since = np.add.reduceat(t_ns - t_ns[0], begins) // counts
         means = np.add.reduceat(wrenches, begins) / counts[:, None]
@@ -113,10 +99,10 @@ class Delay(Suspect):
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
-        self._kept: deque[_Look] = deque(maxlen=KEPT)
+        self._kept: deque[_Look] = deque(maxlen=DELAY_TRIAL.kept)
         self._passed: list[tuple[np.ndarray, np.ndarray]] = []
         self._judging: Generator[None, None, None] | None = None
-        self._wait = EVERY
+        self._wait = DELAY_TRIAL.every
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take every wrench, see the package."""
@@ -131,15 +117,15 @@ class Delay(Suspect):
         if self._kept:
             last, from_ns = self._kept[-1], int(self._passed[0][0][0])
             apart = measured.t_ns - last.measured.t_ns, from_ns - int(last.passed[-1][0][-1])
-            if not all(0 < each <= SILENCE_NS for each in apart):
+            if not all(0 < each <= DELAY_TRIAL.silence_ns for each in apart):
                 self._kept.clear()
         self._kept.append(_Look(self._passed, measured, touches))
         self._passed = []
         self._wait -= 1
         if self._judging is not None:
             self._go_on(self._judging)
-        elif self._wait <= 0 and len(self._kept) == KEPT and self._tells():
-            self._wait = EVERY
+        elif self._wait <= 0 and len(self._kept) == DELAY_TRIAL.kept and self._tells():
+            self._wait = DELAY_TRIAL.every
             self._judging = self._judge(*self._record())
 
     def _go_on(self, judging):
@@ -149,8 +135,8 @@ class Delay(Suspect):
             self._judging = None
             if not end.value:
                 # A second that decides nothing is followed by others like it.
-                self._undecided = min(self._undecided + 1, DOUBLED)
-                self._wait = EVERY << self._undecided
+                self._undecided = min(self._undecided + 1, DELAY_TRIAL.doubled)
+                self._wait = DELAY_TRIAL.every << self._undecided
 
     def _tells(self):
         """Return whether three loaded contacts slide, and some rate changes."""
@@ -160,7 +146,7 @@ class Delay(Suspect):
         t_ns = np.array([look.measured.t_ns for look in self._kept])
         t = (t_ns - t_ns[0]) * 1e-9
         scene = self._configuration.scene
-        if not NEAREST_TILT * scene.gamma0 < q[:, 0].min() <= q[:, 0].max() < 1.2:
+        if not DELAY_TRIAL.nearest_tilt * scene.gamma0 < q[:, 0].min() <= q[:, 0].max() < 1.2:
             return False
         rates = (q[2:] - q[:-2]) / (t[2:] - t[:-2])[:, None]
         jacobians = velocity_jacobians(
@@ -169,9 +155,11 @@ class Delay(Suspect):
         velocities = np.einsum("cir...,r...->ci...", jacobians, rates.T)
         slip, slow = (
             np.linalg.norm(velocities, axis=1).min(),
-            SLIDES * slow_slip(self._configuration),
+            DELAY_TRIAL.slides * slow_slip(self._configuration),
         )
-        least = np.maximum(CHANGES * np.abs(rates).max(axis=0), slow / scene.hole_diameter)
+        least = np.maximum(
+            DELAY_TRIAL.changes * np.abs(rates).max(axis=0), slow / scene.hole_diameter
+        )
         changes = np.ptp(rates, axis=0) > least
         return bool(slip > slow and changes.any())
 
@@ -181,7 +169,7 @@ class Delay(Suspect):
 
         Returns whether the second has added to the evidence for or against a delay.
         """
-        configuration, left = self._configuration, UNEXPLAINED * load
+        configuration, left = self._configuration, DELAY_TRIAL.unexplained * load
         scene, wrench = configuration.scene, configuration.wrench
         wrench = replace(
             wrench,
@@ -191,11 +179,12 @@ class Delay(Suspect):
             ),
         )
         configuration = replace(configuration, wrench=wrench)
-        likelihood = Likelihood(record, [slice(0, KEPT)], configuration)
+        likelihood = Likelihood(record, [slice(0, DELAY_TRIAL.kept)], configuration)
         x = coordinates(configuration)
-        values = yield from _values(likelihood, x, (0.0, -FIRST, FIRST))
+        first = DELAY_TRIAL.first
+        values = yield from _values(likelihood, x, (0.0, -first, first))
         # A delay of half as much is as likely as none.
-        if max(values[FIRST], values[-FIRST]) < values[0.0] - LIKELIER:
+        if max(values[first], values[-first]) < values[0.0] - DELAY_TRIAL.likelier:
             self._gains[:], self._told = 0.0, {}
             return False
         return (yield from self._try_all(likelihood, x, self._sizes(load)))
@@ -211,26 +200,27 @@ class Delay(Suspect):
             centre, range_ = told[i]
             measures_ = sizes._replace(range=range_)
             search = Search(likelihood, likelihood, centre, measures_, limits)
-            return search.climb(begin, self._free(HYPOTHESES[i]), ITERATIONS)
+            return search.climb(begin, self._free(HYPOTHESES[i]), DELAY_TRIAL.iterations)
 
         stated = climb(0, x)
         yield
         if stated is None:
             return False
-        begin = stated.x.copy()
-        values = yield from _values(likelihood, begin, (-FIRST, 0.0, FIRST))
-        side = 1.0 if values[FIRST] > values[-FIRST] else -1.0
-        values |= yield from _values(likelihood, begin, (side * size for size in TRIED))
+        begin, first = stated.x.copy(), DELAY_TRIAL.first
+        values = yield from _values(likelihood, begin, (-first, 0.0, first))
+        side = 1.0 if values[first] > values[-first] else -1.0
+        values |= yield from _values(likelihood, begin, [side * x for x in DELAY_TRIAL.tried])
         best = max(values, key=values.__getitem__)
-        if abs(best) == TRIED[-1] or values[best] - values[0.0] < LIKELIER:
+        if abs(best) == DELAY_TRIAL.tried[-1] or values[best] - values[0.0] < DELAY_TRIAL.likelier:
             return False
         begin[DELAY_AT] = best
         late = climb(1, begin)
         yield
         # It is where it was seen.
-        if late is None or abs(late.x[DELAY_AT] - best) > max(FIRST, 0.5 * abs(best)):
+        if late is None or abs(late.x[DELAY_AT] - best) > max(first, 0.5 * abs(best)):
             return False
-        if abs(late.x[DELAY_AT]) < LEAST or late.run.nis.mean() > SCORING.explained_nis:
+        small = abs(late.x[DELAY_AT]) < DELAY_TRIAL.least
+        if small or late.run.nis.mean() > SCORING.explained_nis:
             return False
         peaks = [stated, late]
         for i in range(2, len(HYPOTHESES)):
@@ -241,8 +231,8 @@ class Delay(Suspect):
         # As many seconds as it takes. What one has told of a zero holds in the next.
         self._gains += [late.value - peak.value for peak in peaks]
         self._told = {i: self._spread(i, peak, told[i][1]) for i, peak in enumerate(peaks)}
-        self._wait = KEPT
-        if self._gains[0] > SURE and self._gains[2:].min() > APART:
+        self._wait = DELAY_TRIAL.kept
+        if self._gains[0] > DELAY_TRIAL.sure and self._gains[2:].min() > DELAY_TRIAL.apart:
             self.finding = self._said(float(late.x[DELAY_AT]), self._gains[0])
         return True
 
@@ -273,7 +263,7 @@ class Delay(Suspect):
         offsets, range_ = offsets_of(self._configuration), sizes.range.copy()
         for kind, offset in zip(KINDS, offsets):
             range_[kind] = offset
-        range_[DELAY_AT] = TRIED[-1]
+        range_[DELAY_AT] = DELAY_TRIAL.tried[-1]
         return sizes._replace(range=range_)
 
     def _record(self):

@@ -6,22 +6,9 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.tuned import FREE_AIR_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import WrenchSample
-
-# Wrenches that are looked at together, and the time that they span at least [ns].
-_KEPT, _SPAN_NS = 50, 700_000_000
-# Standard deviations of a mean that is no noise.
-_SURE = 6.0
-# And of the zero as it is stated.
-_STATED = 3.0
-# Variance over that of the noise of what stays the same, and how much likelier it is [nats].
-_SAME, _LIKELIER = 1.6, 15.0
-# Share of a force that lies along gravity where it is a weight.
-_ALONG = 0.98
-# Shares of weight and metres to which weight and mass centre are known, and of the holder's
-# acceleration that lasts.
-_WEIGHT, _CENTER, _CARRIED = 0.03, 2e-3, 0.3
 
 
 class FreeAir(Suspect):
@@ -56,8 +43,11 @@ class FreeAir(Suspect):
         self._gravity_H = np.array(scene.gravity)
         self._mass = scene.peg_mass
         hung = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
-        carried = _CARRIED * scene.peg_mass * configuration.monitor.free_acceleration
-        self._known = _WEIGHT * hung + carried, _CENTER * hung + carried * scene.peg_height
+        carried = FREE_AIR_TEST.carried * scene.peg_mass * configuration.monitor.free_acceleration
+        self._known = (
+            FREE_AIR_TEST.weight_known * hung + carried,
+            FREE_AIR_TEST.center_known * hung + carried * scene.peg_height,
+        )
         self._noise = np.array([wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3)
         self._zero = wrench.bias_force_stddev, wrench.bias_torque_stddev
         self.restart()
@@ -65,9 +55,10 @@ class FreeAir(Suspect):
     def restart(self) -> None:
         """Forget all."""
         # A ring: of each wrench its stamp, what is left, the axes, and whether it was free.
-        self._t_ns = np.zeros(_KEPT, np.int64)
-        self._read, self._axes = np.zeros((_KEPT, 6)), np.zeros((_KEPT, 3, 3))
-        self._free = np.zeros(_KEPT, bool)
+        self._t_ns = np.zeros(FREE_AIR_TEST.kept, np.int64)
+        self._read = np.zeros((FREE_AIR_TEST.kept, 6))
+        self._axes = np.zeros((FREE_AIR_TEST.kept, 3, 3))
+        self._free = np.zeros(FREE_AIR_TEST.kept, bool)
         self._taken = 0
         self.finding: Finding | None = None
 
@@ -81,26 +72,28 @@ class FreeAir(Suspect):
         weight = self._mass * (R_HP.T @ self._gravity_H)
         left = self._reduction.on_peg(sample.force, sample.torque, q)
         left[:3] += weight
-        since_ns = sample.t_ns - int(self._t_ns[(self._taken - 1) % _KEPT])
+        since_ns = sample.t_ns - int(self._t_ns[(self._taken - 1) % FREE_AIR_TEST.kept])
         if self._taken and not 0 < since_ns < 10**9:
             self._taken = 0
-        at = self._taken % _KEPT
+        at = self._taken % FREE_AIR_TEST.kept
         # About the sensor, as noise and zero are: the mass centre's lever would mix the two.
         self._read[at] = self._about_sensor @ left
         self._t_ns[at], self._axes[at] = sample.t_ns, R_HP
         self._free[at] = free
         self._taken += 1
-        oldest_ns = int(self._t_ns[self._taken % _KEPT])
-        if self._taken >= _KEPT and sample.t_ns - oldest_ns >= _SPAN_NS and self.finding is None:
+        oldest_ns = int(self._t_ns[self._taken % FREE_AIR_TEST.kept])
+        full = self._taken >= FREE_AIR_TEST.kept
+        full = full and sample.t_ns - oldest_ns >= FREE_AIR_TEST.span_ns
+        if full and self.finding is None:
             self._judge(q)
 
     def _judge(self, q):
-        mean = self._read.sum(axis=0) / _KEPT
+        mean = self._read.sum(axis=0) / FREE_AIR_TEST.kept
         force, torque = hypot(*mean[:3]), hypot(*mean[3:])
         least = [
             hypot(
-                _SURE * self._noise[3 * part] / sqrt(_KEPT),
-                _STATED * self._zero[part],
+                FREE_AIR_TEST.sure * self._noise[3 * part] / sqrt(FREE_AIR_TEST.kept),
+                FREE_AIR_TEST.stated * self._zero[part],
                 self._known[part],
             )
             for part in (0, 1)
@@ -115,7 +108,7 @@ class FreeAir(Suspect):
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
         gravity_S = self._reduction.in_sensor(q, self._gravity_H)
         pull, gravity = -float(mean[:3] @ gravity_S), float(np.linalg.norm(gravity_S))
-        if off[0] and abs(pull) > _ALONG * force * gravity:
+        if off[0] and abs(pull) > FREE_AIR_TEST.along * force * gravity:
             text = (
                 f"wrench.payload_mass: a free peg weighs {pull / gravity**2:.2g} kg more than is "
                 f"stated, or the zero is off by [{shown}] N: tare it, or calibrate --payload"
@@ -138,24 +131,27 @@ class FreeAir(Suspect):
         part = slice(0, 3) if off[0] else slice(3, 6)
         noise = self._noise[part][0] ** 2
         same = _spread(self._read[:, part]) / noise
-        if same >= 3.0 * _SAME:
+        if same >= 3.0 * FREE_AIR_TEST.same:
             return False
         # The same force, of a constant direction in the hole.
         other = _spread(self._in_hole(part)) / noise
-        return 0.5 * _KEPT * (other - same) > _LIKELIER
+        return 0.5 * FREE_AIR_TEST.kept * (other - same) > FREE_AIR_TEST.likelier
 
     def _hangs(self, least):
         """Tell of a weight: it keeps its direction in the hole as a contact does, and pulls."""
         part, noise = slice(0, 3), self._noise[0] ** 2
         other, force = _spread(self._read[:, part]) / noise, self._in_hole(part)
-        same, mean = _spread(force) / noise, force.sum(axis=0) / _KEPT
+        same, mean = _spread(force) / noise, force.sum(axis=0) / FREE_AIR_TEST.kept
         gravity = float(np.linalg.norm(self._gravity_H))
-        surely = same < 3.0 * _SAME and 0.5 * _KEPT * (other - same) > _LIKELIER
+        surely = (
+            same < 3.0 * FREE_AIR_TEST.same
+            and 0.5 * FREE_AIR_TEST.kept * (other - same) > FREE_AIR_TEST.likelier
+        )
         # Without gravity nothing weighs.
         if not surely or not gravity:
             return False
         pull = -float(mean @ self._gravity_H) / gravity
-        if not pull > max(least, _ALONG * hypot(*mean)):
+        if not pull > max(least, FREE_AIR_TEST.along * hypot(*mean)):
             return False
         self.finding = Finding(
             f"wrench.payload_mass: a peg that turns in the air weighs {pull / gravity:.2g} kg "

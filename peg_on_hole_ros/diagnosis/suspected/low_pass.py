@@ -7,15 +7,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
-
-# Wrenches that are looked at together; the quietest of all such stretches counts.
-_STRETCH, _ENOUGH = 500, 3
-# Apart are neighbours, and wrenches so many behind one another.
-_APART = 8
-# How many times the noise of those apart is that of neighbours, where they are alike.
-_ALIKE = 2.0
-# Share of the stated noise below which there is none to compare.
-_NOISY = 0.005
+from peg_on_hole_ros.diagnosis.tuned import LOW_PASS_TEST
 
 
 class LowPass(Suspect):
@@ -42,11 +34,11 @@ class LowPass(Suspect):
     def __init__(self, stated: Stated) -> None:
         wrench = stated.configuration.wrench
         noise = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
-        self._least = np.square(_NOISY * np.array(noise))
+        self._least = np.square(LOW_PASS_TEST.noisy * np.array(noise))
         self.finding: Finding | None = None
         self._ratio, self._stretches, self._told = float("inf"), 0, False
         self._taken: list[tuple[ArrayLike, ArrayLike]] = []
-        self._room = _STRETCH
+        self._room = LOW_PASS_TEST.stretch
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take every wrench, see the package."""
@@ -61,7 +53,7 @@ class LowPass(Suspect):
         if not self._room:
             stamps, rows = zip(*self._taken)
             self._judge(np.vstack(rows), np.hstack(stamps))
-            self._taken, self._room = [], _STRETCH
+            self._taken, self._room = [], LOW_PASS_TEST.stretch
 
     def _judge(self, rows, t_ns):
         steps = np.diff(t_ns)
@@ -70,16 +62,16 @@ class LowPass(Suspect):
         still = (np.diff(rows, axis=0) == 0.0).all(axis=1).mean()
         if period <= 0.0 or steps.max() > 2.0 * np.median(steps) or still > 0.02:
             return
-        near, apart = (_curved(rows, lag) for lag in (1, _APART))
+        near, apart = (_curved(rows, lag) for lag in (1, LOW_PASS_TEST.apart))
         if not (near > self._least).all():
             return
         # A motion is in some of the six.
         ratio = apart / near
         self._ratio = min(self._ratio, float(np.median(ratio[:3])), float(np.median(ratio[3:])))
         self._stretches += 1
-        if self._stretches < _ENOUGH:
+        if self._stretches < LOW_PASS_TEST.enough:
             return
-        if self._ratio < _ALIKE:
+        if self._ratio < LOW_PASS_TEST.alike:
             self.finding = None
         elif self.finding is None:
             self.finding = Finding(self._said(period), {})
@@ -106,6 +98,8 @@ def _pole(ratio):
     low, high = 0.0, 1.0 - 1e-6
     for _ in range(50):
         pole = 0.5 * (low + high)
-        near, apart = (3.0 - 4.0 * pole**lag + pole ** (2 * lag) for lag in (1, _APART))
+        near, apart = (
+            3.0 - 4.0 * pole**lag + pole ** (2 * lag) for lag in (1, LOW_PASS_TEST.apart)
+        )
         low, high = (pole, high) if apart / near < ratio else (low, pole)
     return pole

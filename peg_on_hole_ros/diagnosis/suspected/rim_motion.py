@@ -7,23 +7,13 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
-# Orientations that are looked at together, [ns] apart; a silence begins anew.
-KEPT, PERIOD_NS, SILENCE_NS = 50, 20_000_000, 200_000_000
-# Between two looks at the last KEPT.
-EVERY = 10
-# A path is off that leaves so much of itself, and so many times the noise, unexplained; one that
-# explains it leaves this share of that, and this share of what any other leaves.
-SHARE, NOISY, EXPLAINED, APART = 0.05, 6.0, 0.35, 0.6
-# A hole that leans by less [rad], or a clearance that is less off (log), is told by no motion;
-# nor do more than these fit.
-LEANS, LARGER = (0.07, 1.0), (0.35, 2.3)
 # What white noise makes of a third difference, squared.
 _THIRD = 20.0
-_STEPS, _SMALL = 8, 1e-4
 
 
 class RimMotion(Suspect):
@@ -57,7 +47,7 @@ class RimMotion(Suspect):
 
     def restart(self) -> None:
         """Forget all."""
-        self._kept: deque = deque(maxlen=KEPT)
+        self._kept: deque = deque(maxlen=RIM_MOTION_TEST.kept)
         self._count = 0
         self.finding: Finding | None = None
 
@@ -69,14 +59,14 @@ class RimMotion(Suspect):
             return
         if self._kept:
             since = measurement.t_ns - self._kept[-1][0]
-            if 0 <= since < PERIOD_NS:
+            if 0 <= since < RIM_MOTION_TEST.period_ns:
                 return
-            if not 0 < since < SILENCE_NS:
+            if not 0 < since < RIM_MOTION_TEST.silence_ns:
                 self._kept.clear()
         axis = peg_axes(measurement.q)[:, 2]
         self._kept.append((measurement.t_ns, measurement.position, axis))
         self._count += 1
-        if len(self._kept) == KEPT and self._count % EVERY == 0:
+        if len(self._kept) == RIM_MOTION_TEST.kept and self._count % RIM_MOTION_TEST.every == 0:
             self._judge()
 
     def _judge(self):
@@ -84,14 +74,17 @@ class RimMotion(Suspect):
         noise = float(np.sqrt(np.mean(np.square(np.diff(places, 3, axis=0))) / _THIRD))
         way = _rms(places - places.mean(axis=0))
         stated = _rms(self._left(np.zeros(3), places, axes))
-        if not stated > max(NOISY * noise, SHARE * way):
+        if not stated > max(RIM_MOTION_TEST.noisy * noise, RIM_MOTION_TEST.share * way):
             return
         (leans, by_turn), (larger, by_size) = (
             self._fit(free, places, axes) for free in ((0, 1), (2,))
         )
-        least = EXPLAINED * stated
+        test = RIM_MOTION_TEST
+        least = test.explained * stated
         turn = float(np.hypot(leans[0], leans[1]))
-        if by_turn < min(least, APART * by_size) and LEANS[0] < turn < LEANS[1]:
+        leans_so = test.least_lean < turn < test.most_lean
+        larger_so = test.least_larger < abs(larger[2]) < test.most_larger
+        if leans_so and by_turn < min(least, test.apart * by_size):
             rpy = [round(x, 3) + 0.0 for x in rpy_of(self._R_RH @ _turn(leans))]
             what = f"joints.hole_rpy: {rpy}"
             self.finding = Finding(
@@ -102,7 +95,7 @@ class RimMotion(Suspect):
                 "joints",
                 voids=True,
             )
-        elif by_size < min(least, APART * by_turn) and LARGER[0] < abs(larger[2]) < LARGER[1]:
+        elif larger_so and by_size < min(least, test.apart * by_turn):
             size = 1e3 * self._clearance * exp(larger[2])
             self.finding = Finding(
                 f"with hole_diameter - peg_diameter of {size:.2g} mm the peg's path fits its "
@@ -115,17 +108,18 @@ class RimMotion(Suspect):
     def _fit(self, free, places, axes):
         """Return values that fit best, of which some are free, and what they leave [m]."""
         values, left = np.zeros(3), self._left(np.zeros(3), places, axes)
-        for _ in range(_STEPS):
+        for _ in range(RIM_MOTION_TEST.steps):
             slopes = np.empty((left.size, len(free)))
             for j, i in enumerate(free):
                 moved = values.copy()
-                moved[i] += _SMALL
-                slopes[:, j] = (self._left(moved, places, axes) - left).ravel() / _SMALL
+                moved[i] += RIM_MOTION_TEST.small
+                changed = self._left(moved, places, axes) - left
+                slopes[:, j] = changed.ravel() / RIM_MOTION_TEST.small
             if not np.isfinite(slopes).all():
                 break
             step = np.zeros(3)
             step[list(free)] = np.linalg.lstsq(slopes, -left.ravel(), rcond=None)[0]
-            for _ in range(_STEPS):
+            for _ in range(RIM_MOTION_TEST.steps):
                 trial = self._left(values + step, places, axes)
                 if _rms(trial) < _rms(left):
                     break

@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
+from peg_on_hole_ros.diagnosis.tuned import UNOBSERVABLE_TEST
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_sets import three_on_rim
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
@@ -18,10 +19,6 @@ from peg_on_hole_ros.measurements.measurement import skew
 from peg_on_hole_ros.records import WEIGHED_SETTINGS
 from peg_on_hole_ros.typed_record import new
 
-# Between two looks [ns]: wrenches between tell one another's news.
-PERIOD_NS = 50_000_000
-# Nats by which the stated friction has to be refuted, and looks in a row.
-REFUTED, LOOKS = 8.0, 3
 _PLACES, _TILT_PLACES = places_of(("clearance",)), places_of(("tilt",))
 _N, _TILT_N = int(_PLACES.reactions), int(_TILT_PLACES.reactions)
 _CLEARANCE_AT, _TILT_AT = int(_PLACES.clearance), int(_TILT_PLACES.tilt)
@@ -134,7 +131,10 @@ class Unobservable(Suspect):
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
         """Take an estimate on three contacts, see the package."""
-        if self._looked_ns is not None and 0 <= t_ns - self._looked_ns < PERIOD_NS:
+        if (
+            self._looked_ns is not None
+            and 0 <= t_ns - self._looked_ns < UNOBSERVABLE_TEST.period_ns
+        ):
             return
         self._looked_ns, wrenches = t_ns, max(self._wrenches, 1)
         self._wrenches = 0
@@ -201,7 +201,7 @@ class Unobservable(Suspect):
         slopes[:, _GAMMA] = E[:, 0]
         slopes[:, _LEVER] = by_wrench[:, 3:] @ [-u[1], u[0], 0.0]
         # The mean acceleration between two looks is what the rates have changed by.
-        period = 1e-9 * PERIOD_NS
+        period = 1e-9 * UNOBSERVABLE_TEST.period_ns
         P[6:9, 6:9] = 2.0 / period**2 * P[3:6, 3:6]
         E_motion = E[:, _MOTION]
         # Noise of the wrench is that of each; a force of unknown direction lasts, and the motion.
@@ -217,8 +217,8 @@ class Unobservable(Suspect):
         if not self._learnt[_FRICTION] or not open_ > 0.0:
             return
         nats = 0.5 * (friction - self._scene.friction) ** 2 / open_
-        self._refuted = self._refuted + 1 if nats > REFUTED else 0
-        if self._refuted >= LOOKS and self.finding is None:
+        self._refuted = self._refuted + 1 if nats > UNOBSERVABLE_TEST.refuted else 0
+        if self._refuted >= UNOBSERVABLE_TEST.looks and self.finding is None:
             off = abs(friction - self._scene.friction) / hypot(stated, stddev)
             self.finding = Finding(
                 f"friction is learnt as {friction:.3f} with {stddev:.2g}, {off:.1f} deviations "

@@ -6,29 +6,14 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
-from peg_on_hole_ros.diagnosis.balance import FRICTIONS, LIKELY_FRICTIONS, UNEXPLAINED
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
-
-# Wrenches of one second tell one another's news: together they count as so many.
-NEWS = 8
-# Nats by which a hypothesis has to be likelier: for doubt, to be told, and to be told from others.
-DOUBT, SURE, APART = 8.0, 15.0, 5.0
-# Wrenches that have to be looked at, and the share of them that is explained.
-ENOUGH, EXPLAINED = 12, 0.6
-# Share of what was not balanced that may stay so, and how far above the noise.
-HALVED, ROOM = 0.5, 1.6
-# Wrenches in a row that are not explained after which only each of so many is looked at closely.
-OFTEN = 5
-# Shares of weight and metres to which weight and mass centre are known.
-WEIGHT_KNOWN, CENTER_KNOWN = 0.02, 1e-3
-# A holder's acceleration, over the most that it is stated to have.
-_CARRIED = 1.0 / 3.0
 
 
 class WrongWrench(Suspect):
@@ -119,7 +104,7 @@ class WrongWrench(Suspect):
             self.finding, self._begun_ns = finding, t_ns
         self._seen += 1
         self._last_ns = t_ns
-        self._at = (self._at + 1) % window.KEPT
+        self._at = (self._at + 1) % LOOK_WINDOW.kept
         row = self._rows[self._at]
         row[0] = (t_ns - self._begun_ns) * 1e-9
         row[1:7] = (*sample.force, *sample.torque)
@@ -127,7 +112,7 @@ class WrongWrench(Suspect):
         row[7:10] = measurement.q
         self._notice_steps(sample.force, 0)
         self._notice_steps(sample.torque, 1)
-        judged = self._odd < OFTEN or not self._at % OFTEN
+        judged = self._odd < WRONG_WRENCH_TEST.often or not self._at % WRONG_WRENCH_TEST.often
         surprising = window.take(
             self._rows, self._told, self._at, self._rows_of, self._settings, judged
         )
@@ -152,25 +137,33 @@ class WrongWrench(Suspect):
         told = self._told[window.tried(self._rows)]
         n = len(told)
         ahead = told[:, :, 0] - told[:, :1, 0]
-        gains = ahead.sum(axis=0) * (min(n, NEWS) / n) - self._costs
+        gains = ahead.sum(axis=0) * (min(n, WRONG_WRENCH_TEST.news) / n) - self._costs
         gains[0] = 0.0
         best = int(np.argmax(gains))
         self.doubtful = False
-        explained = (told[:, best, 1] < window.FITS).mean()
-        if not best or explained < EXPLAINED or told[:, 0, 1].mean() < window.SURPRISE:
+        explained = (told[:, best, 1] < LOOK_WINDOW.fits).mean()
+        if (
+            not best
+            or explained < WRONG_WRENCH_TEST.explained
+            or told[:, 0, 1].mean() < LOOK_WINDOW.surprise
+        ):
             return
         before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
-        if after > min(HALVED * before, self._balanced()):
+        if after > min(WRONG_WRENCH_TEST.halved * before, self._balanced()):
             return
-        self.doubtful = bool(gains[best] > DOUBT)
+        self.doubtful = bool(gains[best] > WRONG_WRENCH_TEST.doubt)
         # What says the same and more is no rival: it is tried again from there on.
         rival = gains[self._rival[best]].max()
-        if n < ENOUGH or gains[best] < SURE or gains[best] - rival < APART:
+        if (
+            n < WRONG_WRENCH_TEST.enough
+            or gains[best] < WRONG_WRENCH_TEST.sure
+            or gains[best] - rival < WRONG_WRENCH_TEST.apart
+        ):
             return
         found = self._all[best]
         if self._best != best:
             self._best = best
-            near = np.flatnonzero(gains > gains[best] - APART).tolist()
+            near = np.flatnonzero(gains > gains[best] - WRONG_WRENCH_TEST.apart).tolist()
             others = {self._all[i].mirrored for i in near} - {found.mirrored, ""}
             alike = sorted(others) if found.mirrored else []
             text, instead = said(found, before, after, alike), changed(self._stated, found)
@@ -181,7 +174,10 @@ class WrongWrench(Suspect):
         """Return to how much forces may balance where all is as it should be [N]."""
         rows = self._rows[window.tried(self._rows)]
         load = float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
-        return ROOM * sqrt(3.0 * self._settings[window.NOISE]) + UNEXPLAINED * load
+        return (
+            WRONG_WRENCH_TEST.room * sqrt(3.0 * self._settings[window.NOISE])
+            + WRENCH_BALANCE.unexplained * load
+        )
 
     def _rounded(self) -> Finding | None:
         """Return what is to be stated where a driver rounds more coarsely than noise is stated."""
@@ -193,7 +189,7 @@ class WrongWrench(Suspect):
                 values = steps.stddev(noise), max(zero, steps.stddev(0.0))
                 found |= {key: float(f"{x:.3g}") for key, x in zip(_noise_of(name), values)}
                 widths.append(f"the {name} comes in steps of {steps.step:g} {unit}")
-        if not found or self._seen < ENOUGH:
+        if not found or self._seen < WRONG_WRENCH_TEST.enough:
             return None
         settings = " and ".join(f"wrench.{name}: {value:g}" for name, value in found.items())
         return Finding(
@@ -212,13 +208,18 @@ def _settings(configuration):
     friction = scene.friction
     near = max(1.5 * scene.friction_stddev, 0.15 * friction)
     far = max(3.0 * scene.friction_stddev, 0.5 * friction)
-    likely = np.linspace(friction - near, friction + near, LIKELY_FRICTIONS)
-    others = np.linspace(friction - far, friction + far, FRICTIONS - LIKELY_FRICTIONS)
-    carried = scene.peg_mass * configuration.monitor.free_acceleration * _CARRIED
+    likely = np.linspace(friction - near, friction + near, WRENCH_BALANCE.likely_frictions)
+    others = np.linspace(
+        friction - far, friction + far, WRENCH_BALANCE.frictions - WRENCH_BALANCE.likely_frictions
+    )
+    carried = scene.peg_mass * configuration.monitor.free_acceleration * WRONG_WRENCH_TEST.carried
     noise = WrenchReduction(wrench, scene).noise
     # The weight, its place, and the sensor's zero are known to so much [N], [N m].
     weight = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
-    known = noise + np.square([WEIGHT_KNOWN * weight] * 3 + [CENTER_KNOWN * weight] * 3)
+    known = noise + np.square(
+        [WRONG_WRENCH_TEST.weight_known * weight] * 3
+        + [WRONG_WRENCH_TEST.center_known * weight] * 3
+    )
     known += np.square([wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3)
     return np.array(
         [

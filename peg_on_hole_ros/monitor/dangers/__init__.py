@@ -20,7 +20,8 @@ A `Record` of the danger's name
 alarm with its texts and numbers, the published row, and what is withheld while a setting is in
 doubt follow from it.
 
-To add a danger, touch these files: a module here; `registry.py` (the member of `Danger`, the field
-of `Dangers`, and a line in `ADVICE`, `PARTS` and in each function); and `outputs.py` (the entry
-`jamming_<name>` of the table, with unit and meaning).
+To add a danger, touch these files: a module here; `monitor/tuned.py` (a record of its numbers);
+`registry.py` (the member of `Danger`, the field of `Dangers`, and a line in `ADVICE`, `PARTS` and
+in each function); and `outputs.py` (the entry `jamming_<name>` of the table, with unit and
+meaning).
 """

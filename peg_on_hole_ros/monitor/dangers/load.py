@@ -14,28 +14,13 @@ from peg_on_hole_ros.monitor.dangers.situation import (
     touches,
 )
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, mean_after
+from peg_on_hole_ros.monitor.tuned import LOAD_AHEAD
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
     "a contact's load nears its limit: reduce the force",
     "a contact's load passes its limit, or is about to: reduce the force, or reverse",
 )
-# A reaction changes within the first by as much as it is; what its rate changes lasts for the
-# second [s].
-_CHANGES, _MEMORY = 0.2, 0.1
-# It is at least this share of its limit for that, so that one from nothing can grow.
-_LEAST = 0.1
-# A trend goes on as it is but for this share of what its acceleration adds.
-_UNCERTAIN = 0.5
-# Squared standard deviations beyond which a reaction has jumped.
-_LOAD_JUMP = 40.0
-# One that is known to less than this share shows no course, and one known to less than that share
-# is as far off for a while.
-_KNOWN, _OFF = 1.0 / 3.0, 0.1
-# So many standard deviations over: surely not.
-NOTHING = -40.0
-# A trend of the load takes this long to part from its begin [s].
-_LOADED = 0.015
 
 
 class Load(Record):
@@ -101,9 +86,9 @@ def assess(found: Load, situation: Situation) -> None:
             found.unbroken = 0.0
     # A load that jumps shows no course, but it is there.
     horizon = 0.0
-    if found.unbroken > _LOADED:
+    if found.unbroken > LOAD_AHEAD.loaded:
         horizon = horizon_on_rim(shown, settings.load_horizon)
-    most = NOTHING
+    most = LOAD_AHEAD.nothing
     for i in range(3):
         over = over_limit(found.trends[i], covariance[i, i], settings.max_normal[i], horizon)
         if over > most:
@@ -131,31 +116,32 @@ def follow_load(trend: Trend, normal: float, variance: float, limit: float, dt: 
         Whether it has jumped.
 
     """
-    size = max(normal, _LEAST * limit)
-    acceleration = size / (_CHANGES * _CHANGES)
-    known = variance < (_KNOWN * size) ** 2
+    size = max(normal, LOAD_AHEAD.least * limit)
+    acceleration = size / (LOAD_AHEAD.changes * LOAD_AHEAD.changes)
+    known = variance < (LOAD_AHEAD.known * size) ** 2
     if trend.p00 == 0.0:
         if known:
             _begin_load(trend, normal, variance, size)
         return False
-    carry(trend, dt, acceleration, _MEMORY, 0.0)
+    carry(trend, dt, acceleration, LOAD_AHEAD.memory, 0.0)
     if not known:
-        if trend.p00 > (_KNOWN * max(trend.value, _LEAST * limit)) ** 2:
+        if trend.p00 > (LOAD_AHEAD.known * max(trend.value, LOAD_AHEAD.least * limit)) ** 2:
             # Not determined for long, as at rest: what it says no more where it goes.
             forget_trend(trend)
         return False
     off = normal - trend.value
-    if off * off > _LOAD_JUMP * (trend.p00 + variance):
+    if off * off > LOAD_AHEAD.jump * (trend.p00 + variance):
         # A step has no rate.
         _begin_load(trend, normal, variance, size)
         return True
-    correct(trend, off, variance, dt, acceleration, _LOAD_JUMP)
+    correct(trend, off, variance, dt, acceleration, LOAD_AHEAD.jump)
     return False
 
 
 @compiled
 def _begin_load(trend: Trend, normal: float, variance: float, size: float) -> None:
-    rate, acceleration = size / _CHANGES, size / (_CHANGES * _CHANGES)
+    rate = size / LOAD_AHEAD.changes
+    acceleration = size / (LOAD_AHEAD.changes * LOAD_AHEAD.changes)
     begin(trend, normal, max(variance, 1e-12), rate**2, acceleration**2)
 
 
@@ -175,11 +161,11 @@ def over_limit(trend: Trend, variance: float, limit: float, horizon: float) -> f
 
     """
     if trend.p00 == 0.0:
-        return NOTHING
-    off = trend.p00 + min(variance, (_OFF * trend.value) ** 2)
+        return LOAD_AHEAD.nothing
+    off = trend.p00 + min(variance, (LOAD_AHEAD.off * trend.value) ** 2)
     now = (trend.value - limit) / sqrt(max(off, 1e-12))
-    ahead, spread = mean_after(trend, horizon, _MEMORY, off)
-    u = horizon / _MEMORY
-    b = _MEMORY * _MEMORY * (exp(-u) - 1.0 + u)
-    spread += (_UNCERTAIN * b * trend.drive) ** 2
+    ahead, spread = mean_after(trend, horizon, LOAD_AHEAD.memory, off)
+    u = horizon / LOAD_AHEAD.memory
+    b = LOAD_AHEAD.memory * LOAD_AHEAD.memory * (exp(-u) - 1.0 + u)
+    spread += (LOAD_AHEAD.uncertain * b * trend.drive) ** 2
     return max(now, (ahead - limit) / sqrt(max(spread, 1e-12)))

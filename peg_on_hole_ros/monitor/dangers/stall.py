@@ -18,6 +18,7 @@ from peg_on_hole_ros.monitor.trend import (
     correct,
     forget_trend,
 )
+from peg_on_hole_ros.monitor.tuned import STALL_AHEAD
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
@@ -29,17 +30,6 @@ ADVICE = (
 # holder's program, less what the holder gives way to the push, tilt = program + c push. The push
 # is known a hundred times better than the tilt's rate, so c and the push's trend tell when the
 # closing ends. docs/jamming.md, "Stall", derives it.
-
-# A push changes within this time by what friction can hold, and its trend lasts for that [s].
-_CHANGES, _MEMORY = 0.14, 0.2
-# What the program's rate may change by itself [rad/s per root of a second].
-_PROGRAM = 0.005
-# How far the holder gives way under a push as large as what friction can hold [rad].
-_GIVES_WAY = 0.02
-# Squared standard deviations beyond which push, and tilt, have jumped.
-_PUSH_JUMP, _TILT_JUMP = 40.0, 20.0
-# Just after a jump nothing leads anywhere [s].
-_CALM = 0.01
 
 
 class Stall(Record):
@@ -115,13 +105,21 @@ def follow_push(stall: Stall, push: float, variance: float, held: float, dt: flo
         Since the last push [s].
 
     """
-    acceleration = held / (_CHANGES * _CHANGES)
+    acceleration = held / (STALL_AHEAD.changes * STALL_AHEAD.changes)
     if stall.push.p00 == 0.0:
-        begin(stall.push, push, variance, (held / _CHANGES) ** 2, acceleration * acceleration)
+        begin(
+            stall.push,
+            push,
+            variance,
+            (held / STALL_AHEAD.changes) ** 2,
+            acceleration * acceleration,
+        )
         return
-    carry(stall.push, dt, acceleration, _MEMORY, 0.0)
+    carry(stall.push, dt, acceleration, STALL_AHEAD.memory, 0.0)
     stall.calm += dt
-    if correct(stall.push, push - stall.push.value, variance, dt, acceleration, _PUSH_JUMP):
+    if correct(
+        stall.push, push - stall.push.value, variance, dt, acceleration, STALL_AHEAD.push_jump
+    ):
         stall.calm = 0.0
 
 
@@ -146,21 +144,21 @@ def follow_tilt(
     grown = push - stall.last_push
     stall.last_push = push
     if stall.tilt.p00 == 0.0 or since < 0.0:
-        begin(stall.tilt, tilt, variance, 1.0, (_GIVES_WAY / held) ** 2)
+        begin(stall.tilt, tilt, variance, 1.0, (STALL_AHEAD.gives_way / held) ** 2)
         return
-    carry_driven(stall.tilt, since, grown, _PROGRAM)
+    carry_driven(stall.tilt, since, grown, STALL_AHEAD.program)
     # A tilt that jumped has another program.
-    if correct(stall.tilt, tilt - stall.tilt.value, variance, since, 0.0, _TILT_JUMP):
+    if correct(stall.tilt, tilt - stall.tilt.value, variance, since, 0.0, STALL_AHEAD.tilt_jump):
         stall.calm = 0.0
 
 
 @compiled
 def stops_ahead(stall: Stall, horizon: float, rest_rate: float) -> float:
     """Return the probability that the tilt stands still now or a horizon [s] ahead."""
-    if stall.calm < _CALM:
+    if stall.calm < STALL_AHEAD.calm:
         return 0.0
     push = stall.push
-    b = _MEMORY * (1.0 - exp(-horizon / _MEMORY))
+    b = STALL_AHEAD.memory * (1.0 - exp(-horizon / STALL_AHEAD.memory))
     growth = push.rate + b * push.drive
     variance = push.p11 + b * (2.0 * push.p12 + b * push.p22)
     now = _stands(stall.tilt, push.rate, push.p11, rest_rate)

@@ -6,9 +6,10 @@ from typing import NamedTuple
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
-from peg_on_hole_ros.monitor.contacts import MOST, below
+from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.dangers.situation import Situation, in_hole, is_inside
 from peg_on_hole_ros.monitor.down_the_hole import along_share, rests
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, STUCK_IN_HOLE
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
@@ -19,8 +20,6 @@ ADVICE = (
 
 # docs/jamming.md, "In the hole", derives it.
 
-# The load beyond the diagram counts by its mean over this time [s].
-_BEYOND_OVER = 0.01
 _ROOT_TWO_PI = sqrt(2.0 * pi)
 
 
@@ -119,13 +118,13 @@ def _stuck_in_hole(found: Stuck, situation: Situation) -> tuple[float, float]:
     found.insertion, found.margin = load.insertion, load.margin
     kept = below(load.beyond)
     rest = rests(depth)
-    share = min(situation.passed.dt / _BEYOND_OVER, 1.0)
+    share = min(situation.passed.dt / STUCK_IN_HOLE.beyond_over, 1.0)
     found.beyond += share * (load.surely - found.beyond)
     # A peg that slides is at the diagram's edge; one that rests is anywhere beyond it, up to
     # twice the push, or inside where it can wedge.
     for_rest = 0.5 * max(found.beyond, 0.0) ** 2 - (1.0 - load.locks) * log(load.width)
     # Inside says nothing, for friction may be stated too low.
-    for_rest = exp(min(max(for_rest, 0.0), MOST))
+    for_rest = exp(min(max(for_rest, 0.0), EVIDENCE_WEIGHTS.most))
     rest *= for_rest / (1.0 + rest * (for_rest - 1.0))
     stuck = load.held * load.pressed * rest
     return stuck, stuck * load.locks * (1.0 - kept)

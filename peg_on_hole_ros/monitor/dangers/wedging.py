@@ -7,23 +7,13 @@ from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_fric
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.dangers.situation import Situation, is_inside, on_rim
 from peg_on_hole_ros.monitor.moving import Moving
-from peg_on_hole_ros.monitor.push import EDGE
+from peg_on_hole_ros.monitor.tuned import PUSH_MEANS, WEDGING_AHEAD
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
     "the peg nears the tilt at which friction wedges it: do not close on like this",
     "the peg wedges, or is about to: stop pushing and reverse the tilt",
 )
-
-# Slower than any motion a cell makes and faster than rounding: dry friction.
-_COULOMB = (1e-9, 1e-9, 1e-9)
-# Slip at which friction is full [m/s]: near gamma0 K hardly slides, and a slow peg creeps through
-# where a faster one wedges. Real contacts give way by some micrometres before they slide.
-_PRESLIDING = (1e-5, 1e-5, 1e-5)
-# Places on the way at which the determinant is looked at, the last this share above gamma0.
-_POINTS, _END = 6, 3e-3
-# How far the determinant of rigid contact is that of a real one [-].
-_DETERMINANT_STDDEV = 0.03
 
 
 class Wedging(Record):
@@ -54,7 +44,7 @@ def assess(found: Wedging, situation: Situation) -> None:
     """Take a wrench, see the package."""
     estimate, moving, shown = situation.estimate, situation.moving, situation.shown
     path = determinant = 0.0
-    if estimate.motion.gamma > estimate.scene.gamma0 * (1.0 + EDGE):
+    if estimate.motion.gamma > estimate.scene.gamma0 * (1.0 + PUSH_MEANS.edge):
         horizon = situation.settings.jamming_horizon
         path, determinant = wedging_ahead(estimate, moving, horizon)
     moves = 1.0 - moving.rest if moving.known else 0.0
@@ -87,17 +77,18 @@ def wedging_ahead(estimate: Estimate, moving: Moving, horizon: float) -> tuple[f
     if fabs(rate) < moving.rest_rate:
         dgamma = -moving.rest_rate
     elif rate < 0.0:
-        end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
+        end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + WEDGING_AHEAD.end), gamma))
     uncertain = sqrt(max(estimate.friction_variance, 0.0))
     shifted = with_friction(p, p.f + uncertain)
     rates = (dgamma, dpsi, (swing - dpsi) / ratio)
+    scales = _same(WEDGING_AHEAD.presliding_slip)
     least, where = inf, gamma
     # Dense towards gamma0, where the determinant bends.
     first = gamma - p.gamma0
-    step = ((end - p.gamma0) / first) ** (1.0 / (_POINTS - 1))
-    for i in range(_POINTS):
+    step = ((end - p.gamma0) / first) ** (1.0 / (WEDGING_AHEAD.points - 1))
+    for i in range(WEDGING_AHEAD.points):
         at = p.gamma0 + first * step**i
-        d = determinant_at(p, _PRESLIDING, at, rates, work)
+        d = determinant_at(p, scales, at, rates, work)
         if isfinite(d) and d < least:
             least, where = d, at
         if end == gamma:
@@ -105,11 +96,16 @@ def wedging_ahead(estimate: Estimate, moving: Moving, horizon: float) -> tuple[f
     worst = 0.0
     # A peg that opens is not wedged where it is, and leaves what is singular behind.
     if least < inf and rate < moving.rest_rate:
-        spread = _DETERMINANT_STDDEV
+        spread = WEDGING_AHEAD.determinant_stddev
         if uncertain > 0.0:
-            slope = determinant_at(shifted, _PRESLIDING, where, rates, work) - least
+            slope = determinant_at(shifted, scales, where, rates, work) - least
             if isfinite(slope):
                 spread = sqrt(spread * spread + slope * slope)
         worst = below(-least / spread)
-    now = determinant_at(p, _COULOMB, gamma, rates, work)
+    now = determinant_at(p, _same(WEDGING_AHEAD.dry_slip), gamma, rates, work)
     return worst, now if isfinite(now) else 0.0
+
+
+@compiled
+def _same(slip: float) -> tuple[float, float, float]:
+    return slip, slip, slip

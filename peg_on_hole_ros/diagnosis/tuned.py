@@ -1,0 +1,427 @@
+"""Tuned numbers of the looks at what is stated of wrench and joints, each with its reason."""
+
+from typing import NamedTuple
+
+
+class LookTimes(NamedTuple):
+    """
+    Which wrenches are looked at.
+
+    Attributes
+    ----------
+    period_ns : int
+        Time between two of them [ns].
+    first_ns : int
+        Time between two of the first: before a contact is told [ns].
+    first : int
+        How many those are [wrenches].
+
+    """
+
+    period_ns: int = 20_000_000
+    first_ns: int = 4_000_000
+    first: int = 10
+
+
+class HypothesisCosts(NamedTuple):
+    """
+    What a wrong setting costs before anything is measured.
+
+    Attributes
+    ----------
+    one_wrong : float
+        The first of a hypothesis [nats].
+    more_wrong : float
+        Each beside it [nats]: two that are wrong at once are rare.
+
+    """
+
+    one_wrong: float = 3.0
+    more_wrong: float = 6.0
+
+
+class WrenchBalance(NamedTuple):
+    """
+    What a wrench is balanced by, and what of it may be left.
+
+    Attributes
+    ----------
+    likely_frictions : int
+        Frictions that are likely by what is stated [frictions].
+    frictions : int
+        All frictions that are tried, the likely ones first [frictions]: only the wrench as stated
+        may have any other.
+    reaction : float
+        What a reaction may be [N].
+    anything : float
+        What a force that nothing explains may be [N].
+    unexplained : float
+        Share of a load that friction, levers and the peg's shape leave unexplained [-].
+
+    """
+
+    likely_frictions: int = 3
+    frictions: int = 12
+    reaction: float = 200.0
+    anything: float = 100.0
+    unexplained: float = 0.03
+
+
+class LookWindow(NamedTuple):
+    """
+    The window of the last looks at the wrench.
+
+    Attributes
+    ----------
+    kept : int
+        Wrenches that are kept [wrenches]: those of one second.
+    side : int
+        Neighbours on each side that tell the rates of one [wrenches].
+    fits : float
+        Squares of what is left, of six components, below which a wrench fits [-]: a chi-squared
+        variable of 6 degrees of freedom is above it once in 160.
+    surprise : float
+        Above which it surprises [-]: once in 16.
+    nothing : float
+        And which nothing explains [-]: it counts no more.
+    share : float
+        Share of wrenches that surprise from which on other hypotheses are looked at [-].
+    direction : float
+        A slip has a direction where it is so far above zero [standard deviations].
+    steps : int
+        Steps from the best of the frictions that are tried to the one that leaves least [steps].
+
+    """
+
+    kept: int = 50
+    side: int = 2
+    fits: float = 18.0
+    surprise: float = 12.0
+    nothing: float = 50.0
+    share: float = 0.2
+    direction: float = 5.0
+    steps: int = 2
+
+
+class RoundingSteps(NamedTuple):
+    """
+    In which steps a driver may round the wrench.
+
+    Attributes
+    ----------
+    sizes : tuple of float
+        Steps that are tried, the coarsest first; 0: in none [N], [N m].
+
+    """
+
+    sizes: tuple[float, ...] = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0)
+
+
+class WrongWrenchTest(NamedTuple):
+    """
+    When a setting of the wrench is reported.
+
+    Attributes
+    ----------
+    news : int
+        Wrenches of one second tell one another's news: together they count as so many
+        [wrenches].
+    doubt : float
+        A hypothesis is likelier than what is stated by so much, for doubt [nats].
+    sure : float
+        And to be told [nats].
+    apart : float
+        And likelier than others, to be told from them [nats].
+    enough : int
+        Wrenches that have to be looked at [wrenches].
+    explained : float
+        Share of them that is explained [-].
+    halved : float
+        Share of what was not balanced that may stay so [-].
+    room : float
+        How far above the noise it may stay [-].
+    often : int
+        Wrenches in a row that are not explained after which only each of so many is looked at
+        closely [wrenches].
+    weight_known : float
+        Share of the weight to which it is known [-].
+    center_known : float
+        To which the mass centre is known [m].
+    carried : float
+        A holder's acceleration, over the most that it is stated to have [-].
+
+    """
+
+    news: int = 8
+    doubt: float = 8.0
+    sure: float = 15.0
+    apart: float = 5.0
+    enough: int = 12
+    explained: float = 0.6
+    halved: float = 0.5
+    room: float = 1.6
+    often: int = 5
+    weight_known: float = 0.02
+    center_known: float = 1e-3
+    carried: float = 1.0 / 3.0
+
+
+class DeadComponentTest(NamedTuple):
+    """
+    When a component of the wrench that stays the same is dead.
+
+    Attributes
+    ----------
+    suspected : int
+        Wrenches with one value, bit for bit, after which it is suspected, before any other
+        setting can be reported [wrenches].
+    reported : int
+        And after which it is reported itself [wrenches].
+    most : int
+        Components that stay together at most, force and torque [components]. Where more do, what
+        comes is no sensor's reading: coarsely rounded, or calculated without noise.
+    alive : float
+        Share of distinct values of a component that is alive [-].
+    fine : float
+        Least distance of two of its values, over the stated noise [standard deviations]: coarser
+        steps are those of a rounding that may hide the noise of the others as well.
+
+    """
+
+    suspected: int = 10
+    reported: int = 25
+    most: int = 2
+    alive: float = 0.8
+    fine: float = 0.5
+
+
+class DelayTrial(NamedTuple):
+    """
+    When another delay of the joint states is tried, and reported.
+
+    Attributes
+    ----------
+    kept : int
+        Looks that are held against one another [looks].
+    silence_ns : int
+        Time from one to the next at most [ns].
+    means : int
+        Means that stand for the wrenches from one to the next [means].
+    every : int
+        Looks between two judgements [looks].
+    doubled : int
+        Twice as many after each that decides nothing, up to so often [times].
+    first : float
+        Delay that is tried first, to both sides of the stated one [s].
+    tried : tuple of float
+        Delays that are tried to the likelier side [s].
+    likelier : float
+        From so much on one is looked at closely [nats].
+    sure : float
+        It has to be likelier than what is stated by so much [nats].
+    apart : float
+        And than any other setting [nats].
+    least : float
+        The least that is told [s].
+    unexplained : float
+        Share of a load that friction and levers leave unexplained [-].
+    nearest_tilt : float
+        Nearest tilt, over gamma0 [-].
+    slides : float
+        Slips are so many times one that may be slow [-].
+    changes : float
+        The change of a rate, over its most, that makes a delay differ from a turn of the hole
+        [-].
+    iterations : int
+        Iterations of a climb [iterations].
+
+    """
+
+    kept: int = 50
+    silence_ns: int = 60_000_000
+    means: int = 4
+    every: int = 25
+    doubled: int = 7
+    first: float = 0.01
+    tried: tuple[float, ...] = (0.005, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06)
+    likelier: float = 5.0
+    sure: float = 15.0
+    apart: float = 5.0
+    least: float = 0.003
+    unexplained: float = 0.002
+    nearest_tilt: float = 1.03
+    slides: float = 2.0
+    changes: float = 0.5
+    iterations: int = 3
+
+
+class FreeAirTest(NamedTuple):
+    """
+    What the wrench of a peg in the air tells of weight, zero and axes.
+
+    Attributes
+    ----------
+    kept : int
+        Wrenches that are looked at together [wrenches].
+    span_ns : int
+        The time that they span at least [ns].
+    sure : float
+        A mean that is farther off is no noise [standard deviations].
+    stated : float
+        Nor the zero as it is stated [standard deviations].
+    same : float
+        Variance, over that of the noise, of what stays the same [-].
+    likelier : float
+        How much likelier it is [nats].
+    along : float
+        Share of a force that lies along gravity where it is a weight [-].
+    weight_known : float
+        Share of the weight to which it is known [-].
+    center_known : float
+        To which the mass centre is known [m].
+    carried : float
+        Share of the holder's acceleration that lasts [-].
+
+    """
+
+    kept: int = 50
+    span_ns: int = 700_000_000
+    sure: float = 6.0
+    stated: float = 3.0
+    same: float = 1.6
+    likelier: float = 15.0
+    along: float = 0.98
+    weight_known: float = 0.03
+    center_known: float = 2e-3
+    carried: float = 0.3
+
+
+class LowPassTest(NamedTuple):
+    """
+    When the noise of the wrench is that of a low-pass.
+
+    Attributes
+    ----------
+    stretch : int
+        Wrenches that are looked at together; the quietest of all such stretches counts
+        [wrenches].
+    enough : int
+        Of fewer stretches nothing is told [stretches].
+    apart : int
+        Wrenches so many behind one another are apart [wrenches].
+    alike : float
+        How many times the noise of those apart is that of neighbours, where they are alike [-].
+    noisy : float
+        Share of the stated noise below which there is none to compare [-].
+
+    """
+
+    stretch: int = 500
+    enough: int = 3
+    apart: int = 8
+    alike: float = 2.0
+    noisy: float = 0.005
+
+
+class RimMotionTest(NamedTuple):
+    """
+    What the path of a peg on the rim tells of hole and clearance.
+
+    Attributes
+    ----------
+    kept : int
+        Orientations that are looked at together [orientations].
+    period_ns : int
+        So far apart [ns].
+    silence_ns : int
+        A silence of so long begins anew [ns].
+    every : int
+        Orientations between two looks [orientations].
+    share : float
+        A path is off that leaves so much of itself unexplained [-].
+    noisy : float
+        And so many times the noise [-].
+    explained : float
+        One that explains it leaves this share of that [-].
+    apart : float
+        And this share of what any other leaves [-].
+    least_lean : float
+        A hole that leans by less is told by no motion [rad].
+    most_lean : float
+        Nor does one that leans by more fit [rad].
+    least_larger : float
+        The same of the logarithm of the clearance over the stated one [nats].
+    most_larger : float
+        And of its most [nats].
+    steps : int
+        Steps of the fit, and shortenings of each [steps].
+    small : float
+        Step for the slopes of the fit [-].
+
+    """
+
+    kept: int = 50
+    period_ns: int = 20_000_000
+    silence_ns: int = 200_000_000
+    every: int = 10
+    share: float = 0.05
+    noisy: float = 6.0
+    explained: float = 0.35
+    apart: float = 0.6
+    least_lean: float = 0.07
+    most_lean: float = 1.0
+    least_larger: float = 0.35
+    most_larger: float = 2.3
+    steps: int = 8
+    small: float = 1e-4
+
+
+class UnobservableTest(NamedTuple):
+    """
+    When what is stated is refuted, and which setting it is stays open.
+
+    Attributes
+    ----------
+    period_ns : int
+        Between two looks [ns]: wrenches between tell one another's news.
+    refuted : float
+        The stated friction has to be refuted by so much [nats].
+    looks : int
+        In so many looks in a row [looks].
+
+    """
+
+    period_ns: int = 50_000_000
+    refuted: float = 8.0
+    looks: int = 3
+
+
+LOOK_TIMES = LookTimes()
+HYPOTHESIS_COSTS = HypothesisCosts()
+WRENCH_BALANCE = WrenchBalance()
+LOOK_WINDOW = LookWindow()
+ROUNDING_STEPS = RoundingSteps()
+WRONG_WRENCH_TEST = WrongWrenchTest()
+DEAD_COMPONENT_TEST = DeadComponentTest()
+DELAY_TRIAL = DelayTrial()
+FREE_AIR_TEST = FreeAirTest()
+LOW_PASS_TEST = LowPassTest()
+RIM_MOTION_TEST = RimMotionTest()
+UNOBSERVABLE_TEST = UnobservableTest()
+
+
+class DiagnosisNumbers(NamedTuple):
+    """All of them, by subject."""
+
+    look_times: LookTimes = LOOK_TIMES
+    hypothesis_costs: HypothesisCosts = HYPOTHESIS_COSTS
+    wrench_balance: WrenchBalance = WRENCH_BALANCE
+    look_window: LookWindow = LOOK_WINDOW
+    rounding_steps: RoundingSteps = ROUNDING_STEPS
+    wrong_wrench_test: WrongWrenchTest = WRONG_WRENCH_TEST
+    dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST
+    delay_trial: DelayTrial = DELAY_TRIAL
+    free_air_test: FreeAirTest = FREE_AIR_TEST
+    low_pass_test: LowPassTest = LOW_PASS_TEST
+    rim_motion_test: RimMotionTest = RIM_MOTION_TEST
+    unobservable_test: UnobservableTest = UNOBSERVABLE_TEST
