@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
@@ -252,7 +253,17 @@ def observability(
     diameter, force : float
         Of the hole [m], and that the rim carries [N]: what biases are of use beside.
 
+    Raises
+    ------
+    PegOnHoleError
+        The matrix has no finite numbers: the motion has none, as at gamma = 0.
+
     """
+    if not np.isfinite(information).all():
+        raise PegOnHoleError(
+            "what this motion tells of the settings cannot be computed: a peg that stands upright "
+            "(gamma = 0) has no angles psi and phi; take a part in which it leans"
+        )
     scale = measures(diameter, force)
     rows = _rows()
     unit = np.array([clearance if CALIBRATED_QUANTITIES[row].log else 1.0 for row in rows])

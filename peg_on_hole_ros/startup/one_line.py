@@ -16,6 +16,8 @@ INTERNAL = 70
 # Set to anything, it has the traceback of such a fault printed too.
 TRACEBACK = "PEG_ON_HOLE_TRACEBACK"
 _LONGEST_TEXT = 400
+# Names that a file makes up may be longer than any screen.
+_LONGEST_LINE = 4000
 
 
 def exit_code(act: Callable[[], int | None]) -> int:
@@ -66,7 +68,8 @@ def exit_code_and_text(error: Exception) -> tuple[int, str]:
 
 def print_error(text: str) -> None:
     """Print the line of an error."""
-    print(f"{PROGRAM}: error: {printable(text)}", file=sys.stderr, flush=True)
+    line = cut(printable(text), _LONGEST_LINE)
+    print(f"{PROGRAM}: error: {line}", file=sys.stderr, flush=True)
 
 
 def described(error: BaseException) -> str:
