@@ -285,7 +285,23 @@ def _two_point(run):
         run.t = end
         _guide(run, begin, run.until(end), "two_point")
         at_K, at_wall = target
-    run.ended_by = "end"
+        _end_outside_two_points(run, loaded)
+    run.ended_by = run.ended_by or "end"
+
+
+def _end_outside_two_points(run, loaded):
+    """End the run before the first sample of a motion in the hole that two points cannot have."""
+    block, height = run.blocks[-1], run.plan.configuration.scene.peg_height
+    tilt, at_wall = block["q"][:, 0], -block["contact_point"][:, loaded, 2]
+    outside = np.flatnonzero((tilt <= 0.0) | (at_wall > height))
+    if not len(outside):
+        return
+    first = outside[0]
+    why = "the peg is upright" if tilt[first] <= 0.0 else "the whole peg would be in the hole"
+    run.t = float(block["t"][first])
+    run.blocks[-1] = {name: values[:first] for name, values in block.items()}
+    run.event(f"the two points end at gamma = {tilt[first]:.4g} rad: {why}")
+    run.ended_by = why
 
 
 def _stuck(run):

@@ -92,6 +92,21 @@ def test_guided_motion_balances_forces_and_moments(mode):
     assert moment < 1e-6
 
 
+def test_a_motion_in_the_hole_ends_before_the_whole_peg_is_in_it():
+    """A program that closes to upright; K and the far wall then part by more than the peg's length."""
+    given = plan("working_cycle")
+    last = given.phases[-1]
+    upright = replace(last, name="upright", angles=(0.0, 0.8, 5.0), duration=0.5, load=None)
+    result = integrate(replace(given, phases=(*given.phases[:-1], upright)))
+    assert result.ended_by == "the whole peg would be in the hole"
+    two_point = result.mode == "two_point"
+    assert result.q[two_point, 0].min() > 0.0
+    scene = given.configuration.scene
+    depth = -result.contact_point[two_point, :, 2].min()
+    assert 0.95 * scene.peg_height < depth <= scene.peg_height
+    assert "whole peg" in result.events[-1][1]
+
+
 def test_contacts_touch_and_do_not_move_along_their_normals():
     result = truth("working_cycle")
     scene = result.plan.configuration.scene
