@@ -16,9 +16,11 @@ from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.measurements import saturation, wrench_noise
+from peg_on_hole_ros.measurements import saturation
 from peg_on_hole_ros.measurements.freshness import causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
+from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
+from peg_on_hole_ros.measurements.wrench_noise import repeated, rough
 from peg_on_hole_ros.monitor.memory import begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
@@ -190,7 +192,7 @@ class Processor:
             "nis_mean": float(told.average) if told.corrections else 0.0,
             "frictions": float(self.filter.hypotheses),
             "joints_noise": sqrt(self.filter.orientation_noise),
-            "wrench_noise": sqrt(wrench_noise.factor(self.engine.wrench_noise)),
+            "wrench_noise": sqrt(rough.factor(self.engine.wrench_noise.rough)),
             "misfit": float(told.too_large),
             **{name: value for name, value in found.items() if value == value},
         }
@@ -211,9 +213,9 @@ class Processor:
     def causes(self) -> list[str]:
         """What is wrong with the values that come, a line each."""
         e = self.engine
-        noise = wrench_noise.causes(e.wrench_noise, e.variance)
+        wrench = wrench_noise.causes(e.wrench_noise, e.variance)
         ends = saturation.causes(e.saturation)
-        return [*causes(e.fresh), *ends, *noise, *filter(None, [self.noisier])]
+        return [*wrench, *ends, *causes(e.fresh), *filter(None, [self.noisier])]
 
     @property
     def is_saturated(self) -> bool:
@@ -223,7 +225,7 @@ class Processor:
     @property
     def wrench_stands_still(self) -> bool:
         """Whether the wrench repeats one value while the peg turns."""
-        return bool(self.engine.fresh.wrench_still)
+        return bool(repeated.is_off(self.engine.wrench_noise.repeated))
 
     @property
     def model(self) -> str:

@@ -12,18 +12,14 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.filter_steps import GATED, RESET, USED
 from peg_on_hole_ros.estimator.noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.orientation_update import jumped_lately
-from peg_on_hole_ros.measurements.freshness import is_new_wrench, is_news
+from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
-from peg_on_hole_ros.measurements.repeats import held as messages_of
 from peg_on_hole_ros.measurements.saturation import is_saturated, notice_ends
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
-from peg_on_hole_ros.measurements.wrench_noise import (
-    factor,
-    follow_wrench,
-    forget_noise,
-    is_off,
-)
+from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
+from peg_on_hole_ros.measurements.wrench_noise import repeated, rough
+from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor import memory as monitor
@@ -42,7 +38,7 @@ def restart(e: EngineState, rules: Rules) -> None:
     d = e.progress
     d.t_ns = d.oriented_ns = NO_STAMP
     d.slid_ns = 0
-    forget_noise(e.wrench_noise)
+    wrench_noise.forget(e.wrench_noise)
     d.in_contact = d.touching = d.blind = d.lost = False
     filter_steps.end_motion(e.filter)
     forget_noise_ratio(e.filter[0].state)
@@ -260,18 +256,18 @@ def _on_either_side(e):
 @compiled
 def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
-    if is_new_wrench(e.fresh, t_ns, wrench):
-        in_air = e.memory.declared.mode == Mode.OPEN
-        follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.filter[0].settings)
+    in_air = e.memory.declared.mode == Mode.OPEN
+    settings = e.filter[0].settings
+    received = Received(t_ns, wrench, e.variance, in_air, e.fresh.oriented, settings)
+    wrench_noise.follow(e.wrench_noise, received)
+    if repeated.is_news(e.wrench_noise.repeated):
         notice_ends(e.saturation, wrench, e.variance)
     e.counts.wrench_saturated += is_saturated(e.saturation)
-    noisier = factor(e.wrench_noise)
-    e.counts.wrench_noisy += noisier > 1.0
-    times = noisier * messages_of(e.fresh.wrench)
+    e.counts.wrench_noisy += rough.factor(e.wrench_noise.rough) > 1.0
+    times = wrench_noise.factor(e.wrench_noise)
     for i in range(6):
         e.wrench[i] = wrench[i]
         for j in range(6):
-            # A value that comes n times tells as much as if it came once.
             e.filter[0].noise[i, j] = times * e.covariance[i, j]
     reduce_wrench(
         e.reduction, e.wrench, e.filter[0].state.mixture_mean, filter_steps.gravity(e.filter), e.u
@@ -285,8 +281,7 @@ def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> Conta
 @compiled
 def _tells_nothing(e):
     """Return whether the wrench stands still, is cut off, or is none of this sensor."""
-    still = e.fresh.wrench_still
-    return still or is_saturated(e.saturation) or is_off(e.wrench_noise)
+    return is_saturated(e.saturation) or wrench_noise.is_off(e.wrench_noise)
 
 
 @compiled

@@ -1,12 +1,13 @@
 """The paper's angles of a rotation, and what an error of the rotation makes of them."""
 
 from collections.abc import Sequence
-from math import atan2, copysign, cos, hypot, sin, sqrt, tan
+from math import atan2, copysign, cos, hypot, pi, sin, sqrt, tan
 
 import numpy as np
 
 from peg_on_hole_ros.measurements.tuned import ANGLE_FLOOR
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Floats
 
 
 def angles_of(rotation: np.ndarray) -> np.ndarray:
@@ -123,3 +124,19 @@ def fill_angle_errors(gamma: float, psi: float, T: np.ndarray) -> None:
     T[0, 0], T[0, 1], T[0, 2] = s, -c, 0.0
     T[1, 0], T[1, 1], T[1, 2] = c * cotangent, s * cotangent, 1.0
     T[2, 0], T[2, 1], T[2, 2] = -c * over_sine, -s * over_sine, 0.0
+
+
+@compiled
+def turn_between(q: Floats, x: Floats) -> float:
+    """Return the angle of the turn from one orientation to another near it, each (3,) [rad]."""
+    psi, phi = x[1] - q[1], x[2] - q[2]
+    psi -= 2.0 * pi * np.round(psi / (2.0 * pi))
+    phi -= 2.0 * pi * np.round(phi / (2.0 * pi))
+    return turn_size(q[0], x[0] - q[0], psi, phi)
+
+
+@compiled
+def turn_size(gamma: float, by_gamma: float, by_psi: float, by_phi: float) -> float:
+    """Return the size of a small turn, or of a rate of turning, from those of the angles."""
+    s, c = sin(gamma), cos(gamma)
+    return sqrt(by_gamma * by_gamma + (s * by_psi) ** 2 + (by_phi + c * by_psi) ** 2)

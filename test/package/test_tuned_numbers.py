@@ -86,7 +86,7 @@ NOT_TUNED = {
     "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
     "measurements/orientation": {"ROW": "columns"},
-    "measurements/wrench_noise": {"_THIRD": "of the third difference of white noise"},
+    "measurements/wrench_noise/rough": {"_THIRD": "of the third difference of white noise"},
     "estimator/contact_sets/free": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/three_on_rim": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/two_in_hole": {"UNKNOWN_REACTIONS": "contacts"},
