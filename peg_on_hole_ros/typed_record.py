@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Vector2 = Annotated[Floats, (2,)]
 Vector3 = Annotated[Floats, (3,)]
 Vector6 = Annotated[Floats, (6,)]

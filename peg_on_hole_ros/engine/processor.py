@@ -16,11 +16,10 @@ from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.measurements import saturation
 from peg_on_hole_ros.measurements.freshness import causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
-from peg_on_hole_ros.measurements.wrench_noise import repeated, rough
+from peg_on_hole_ros.measurements.wrench_noise import repeated, rough, saturated
 from peg_on_hole_ros.monitor.memory import begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
@@ -214,13 +213,12 @@ class Processor:
         """What is wrong with the values that come, a line each."""
         e = self.engine
         wrench = wrench_noise.causes(e.wrench_noise, e.variance)
-        ends = saturation.causes(e.saturation)
-        return [*wrench, *ends, *causes(e.fresh), *filter(None, [self.noisier])]
+        return [*wrench, *causes(e.fresh), *filter(None, [self.noisier])]
 
     @property
     def is_saturated(self) -> bool:
         """Whether a component of the last wrench was at the end of its range."""
-        return bool(saturation.is_saturated(self.engine.saturation))
+        return bool(saturated.is_off(self.engine.wrench_noise.saturated))
 
     @property
     def wrench_stands_still(self) -> bool:

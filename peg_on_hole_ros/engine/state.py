@@ -7,7 +7,6 @@ from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.measurements.freshness import Freshness
 from peg_on_hole_ros.measurements.innovations import Innovations
 from peg_on_hole_ros.measurements.measurement import ReductionSteps
-from peg_on_hole_ros.measurements.saturation import Saturation
 from peg_on_hole_ros.measurements.wrench_noise.registry import WrenchNoise
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.settings import MonitorSettings
@@ -132,7 +131,6 @@ class EngineState(Record):
     counts : Counts
     fresh : Freshness
     wrench_noise : WrenchNoise
-    saturation : Saturation
     filter : FilterRecord, shape (1,)
         The estimate. An array, as Python hands over a record of so many fields in 0.1 ms.
 
@@ -152,7 +150,6 @@ class EngineState(Record):
     counts: Counts
     fresh: Freshness
     wrench_noise: WrenchNoise
-    saturation: Saturation
     filter: Annotated[FilterMemory, FilterRecord, (1,)]
 
 

@@ -15,10 +15,9 @@ from peg_on_hole_ros.estimator.orientation_update import jumped_lately
 from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
-from peg_on_hole_ros.measurements.saturation import is_saturated, notice_ends
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
-from peg_on_hole_ros.measurements.wrench_noise import repeated, rough
+from peg_on_hole_ros.measurements.wrench_noise import rough, saturated
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
@@ -260,9 +259,7 @@ def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> Conta
     settings = e.filter[0].settings
     received = Received(t_ns, wrench, e.variance, in_air, e.fresh.oriented, settings)
     wrench_noise.follow(e.wrench_noise, received)
-    if repeated.is_news(e.wrench_noise.repeated):
-        notice_ends(e.saturation, wrench, e.variance)
-    e.counts.wrench_saturated += is_saturated(e.saturation)
+    e.counts.wrench_saturated += saturated.is_off(e.wrench_noise.saturated)
     e.counts.wrench_noisy += rough.factor(e.wrench_noise.rough) > 1.0
     times = wrench_noise.factor(e.wrench_noise)
     for i in range(6):
@@ -273,15 +270,9 @@ def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> Conta
         e.reduction, e.wrench, e.filter[0].state.mixture_mean, filter_steps.gravity(e.filter), e.u
     )
     # What has touched before a silence need not touch after it.
-    if silent or e.progress.blind or _tells_nothing(e):
+    if silent or e.progress.blind or wrench_noise.is_off(e.wrench_noise):
         return ContactSet.UNKNOWN
     return contacts_of(e.memory)
-
-
-@compiled
-def _tells_nothing(e):
-    """Return whether the wrench stands still, is cut off, or is none of this sensor."""
-    return is_saturated(e.saturation) or wrench_noise.is_off(e.wrench_noise)
 
 
 @compiled
@@ -291,7 +282,7 @@ def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Ro
     e.counts.wrench_spike += e.filter[0].state.misfits == 1
     d.in_contact = contacts == ContactSet.THREE
     estimate = e.filter[0].record
-    blind = d.blind or _tells_nothing(e)
+    blind = d.blind or wrench_noise.is_off(e.wrench_noise)
     if rules.judged:
         misfits = e.innovations.misfit
         assessment.assess(estimate, memory, rules.monitor, t_ns, misfits, blind, row)

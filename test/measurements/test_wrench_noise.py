@@ -81,7 +81,11 @@ def test_a_wrench_that_one_member_rejects_is_off():
     assert off(followed(still)) == set()
     turned = followed(still, tilt_rate=0.5)
     assert off(turned) == {"repeated"} and registry.is_off(turned)
+    cut_off = drawn(300)
+    cut_off[250:, 2] = 1.0
+    ended = followed(cut_off)
+    assert off(ended) == {"saturated"} and registry.is_off(ended)
     wild = followed(drawn(300, times=1000.0))
     assert off(wild) == {"rough"} and registry.is_off(wild)
-    for noise in (turned, wild):
+    for noise in (turned, ended, wild):
         assert len(registry.causes(noise, STDDEV**2)) > 0

@@ -1,5 +1,5 @@
 """
-How noisy a wrench is, beyond its stated noise: one module for each thing that makes it so.
+How much noisier than stated a wrench is, and whether it can be used: a module for each reason.
 
 A member has a module here, with the same interface:
 

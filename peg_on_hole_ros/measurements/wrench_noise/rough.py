@@ -3,20 +3,14 @@
 from math import sqrt
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
 from peg_on_hole_ros.estimator.noise import track_noise_ratio
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.typed_record import Floats, Record
+from peg_on_hole_ros.typed_record import Floats, Integers, Record, Vector2
 
 # What white noise makes of a third difference, squared; a motion leaves next to nothing.
 _THIRD = 20.0
-
-_OfForceAndTorque = Annotated[Floats, (2,)]
-_Whether = Annotated[NDArray[np.int64], (2,)]
 
 
 class Rough(Record):
@@ -46,12 +40,12 @@ class Rough(Record):
 
     """
 
-    found: _OfForceAndTorque
+    found: Vector2
     seen: int
-    most: _OfForceAndTorque
-    wide: _OfForceAndTorque
-    off: _Whether
-    in_air: _OfForceAndTorque
+    most: Vector2
+    wide: Vector2
+    off: Annotated[Integers, (2,)]
+    in_air: Vector2
     seen_in_air: int
     rough_in_air: int
     calm: bool
