@@ -7,12 +7,13 @@ docs/topics.md has the outputs (peg_on_hole_ros/outputs.py), docs/integration.md
 settings (peg_on_hole_ros/diagnosis/suspected/registry.py).
 """
 
-import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
+
+from marked_page import replaced  # noqa: E402
 
 from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED  # noqa: E402
 from peg_on_hole_ros.monitor.output_row import MONITOR, OUTPUTS  # noqa: E402
@@ -61,11 +62,8 @@ def written(page: Path) -> str:
     for name, rows in PAGES[page].items():
         lines = ["| " + " | ".join(row) + " |" for row in rows]
         lines.insert(1, "|" + "---|" * len(rows[0]))
-        begin, end = f"<!-- {name} -->", f"<!-- {name.partition(':')[0]}: end -->"
-        table = "\n".join([begin, "", *lines, "", end])
-        text, count = re.subn(f"{begin}.*?{end}", lambda _, t=table: t, text, flags=re.DOTALL)
-        if count != 1:
-            raise SystemExit(f"{page}: {begin} is there {count} times")
+        end = f"<!-- {name.partition(':')[0]}: end -->"
+        text = replaced(text, f"<!-- {name} -->", end, "\n".join(lines))
     return text
 
 

@@ -4,13 +4,14 @@ Write the tables of docs/tuned_numbers.md anew, from peg_on_hole_ros/tuned_numbe
     python tools/tuned_table.py
 """
 
-import re
 import sys
 from itertools import groupby
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
+
+from marked_page import replaced  # noqa: E402
 
 from peg_on_hole_ros.tuned_numbers import listed, subject_text, tuned_numbers  # noqa: E402
 
@@ -29,7 +30,7 @@ def table() -> str:
             field = each.name.rpartition(".")[2]
             lines.append(f"| `{field}` | {value(each.value)} | {each.unit} | {each.reason} |")
         lines.append("")
-    return "\n".join(lines)
+    return "\n".join(lines[:-1])
 
 
 def value(number) -> str:
@@ -41,11 +42,7 @@ def value(number) -> str:
 
 def written(text: str) -> str:
     """Return the page with its tables as they have to be."""
-    block = f"{BEGIN}\n\n{table()}\n{END}"
-    text, count = re.subn(f"{BEGIN}.*?{END}", lambda _: block, text, flags=re.DOTALL)
-    if count != 1:
-        raise SystemExit(f"{PAGE}: {BEGIN} is there {count} times")
-    return text
+    return replaced(text, BEGIN, END, table())
 
 
 if __name__ == "__main__":
