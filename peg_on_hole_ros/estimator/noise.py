@@ -11,8 +11,9 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
 from peg_on_hole_ros.typed_record import Floats
 
-# What white noise makes of a change between two innovations, squared, and of a third difference.
-_CHANGE, _THIRD = 6.0, 60.0
+# Variance of differences of white noise over its own: of the first difference (1 + 1), and of the
+# third (1 + 9 + 9 + 1), of which a smooth motion leaves next to nothing.
+FIRST_DIFFERENCE, THIRD_DIFFERENCE = 2.0, 20.0
 
 
 @compiled
@@ -40,9 +41,10 @@ def track_orientation_noise(kalman: FilterRecord, q: Floats, R: Floats) -> None:
         change += (state.innovation[i] - state.innovation_before[i]) ** 2
         state.innovation_before[i] = state.innovation[i]
     state.innovation_noise_ratio = track_noise_ratio(
-        state.innovation_noise_ratio, change / _CHANGE, most, settings
+        state.innovation_noise_ratio, change / (3.0 * FIRST_DIFFERENCE), most, settings
     )
-    seen = _roughness(state.orientations, q, R) / (_THIRD * state.roughness_noise_ratio)
+    expected = 3.0 * THIRD_DIFFERENCE * state.roughness_noise_ratio
+    seen = _roughness(state.orientations, q, R) / expected
     state.roughness_noise_ratio = track_noise_ratio(
         state.roughness_noise_ratio, seen, most, settings
     )

@@ -86,12 +86,11 @@ NOT_TUNED = {
     "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
     "measurements/orientation": {"ROW": "columns"},
-    "measurements/wrench_noise/rough": {"_THIRD": "of the third difference of white noise"},
     "estimator/contact_sets/free": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/three_on_rim": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/two_in_hole": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/unknown": {"UNKNOWN_REACTIONS": "contacts"},
-    "estimator/noise": {"_CHANGE _THIRD": "of differences of white noise"},
+    "estimator/noise": {"FIRST_DIFFERENCE THIRD_DIFFERENCE": "of differences of white noise"},
     "estimator/settings": {"MOST_MODES": "room in a record"},
     "estimator/snapshot": {"WORD": "bytes"},
     "estimator/state": {
@@ -112,7 +111,6 @@ NOT_TUNED = {
     "monitor/trend": {"LARGEST": "bound of what squares are finite of"},
     "diagnosis/fence": {"_MOST": "characters of a text"},
     "diagnosis/hypotheses": {"WIDTH": "columns", "_KN _N_MM _KN_M": "units"},
-    "diagnosis/suspected/rim_motion": {"_THIRD": "of the third difference of white noise"},
     "diagnosis/suspected/unobservable": {"_FRICTION _CLEARANCE _GAMMA _LEVER": "places"},
     "diagnosis/window": {
         "_T _WRENCH _Q _LOOKED _LEFT ROW": "columns",

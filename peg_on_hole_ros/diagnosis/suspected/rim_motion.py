@@ -8,12 +8,10 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
+from peg_on_hole_ros.estimator.noise import THIRD_DIFFERENCE
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
-
-# What white noise makes of a third difference, squared.
-_THIRD = 20.0
 
 
 class RimMotion(Suspect):
@@ -71,7 +69,8 @@ class RimMotion(Suspect):
 
     def _judge(self):
         places, axes = (np.array([row[i] for row in self._kept]) for i in (1, 2))
-        noise = float(np.sqrt(np.mean(np.square(np.diff(places, 3, axis=0))) / _THIRD))
+        third = np.diff(places, 3, axis=0)
+        noise = float(np.sqrt(np.mean(np.square(third)) / THIRD_DIFFERENCE))
         way = _rms(places - places.mean(axis=0))
         stated = _rms(self._left(np.zeros(3), places, axes))
         if not stated > max(RIM_MOTION_TEST.noisy * noise, RIM_MOTION_TEST.share * way):

@@ -3,14 +3,11 @@
 from math import sqrt
 from typing import Annotated
 
-from peg_on_hole_ros.estimator.noise import track_noise_ratio
+from peg_on_hole_ros.estimator.noise import THIRD_DIFFERENCE, track_noise_ratio
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Integers, Record, Vector2
-
-# What white noise makes of a third difference, squared; a motion leaves next to nothing.
-_THIRD = 20.0
 
 
 class Rough(Record):
@@ -85,7 +82,7 @@ def follow(state: Rough, received: Received) -> None:
         for i in range(3 * part, 3 * part + 3):
             a, b, c = state.last[0, i], state.last[1, i], state.last[2, i]
             third = values[i] - 3.0 * c + 3.0 * b - a
-            square += third * third / (3.0 * _THIRD * variance[i])
+            square += third * third / (3.0 * THIRD_DIFFERENCE * variance[i])
             state.last[0, i], state.last[1, i], state.last[2, i] = b, c, values[i]
         if state.seen >= 3:
             _track(state.found, part, square, settings.noise_most, settings)
