@@ -188,7 +188,7 @@ class Engine:
             doubt(rows.values, self._flag)
         self.findings.count(len(rows.t_ns))
         costs = self.findings.costs
-        if not np.isnan(costs).all():
+        if costs is not None:
             rests = rows.values["contact_mode"] == Mode.THREE_POINT
             rows.values["doubt"] = np.where(rests[:, None], costs, np.nan)
         self.told = Outputs(int(rows.t_ns[-1]), rows.values[-1])

@@ -20,13 +20,12 @@ from peg_on_hole_ros.diagnosis.suspected.suspect import (
     Suspect,
     has_part,
 )
-from peg_on_hole_ros.diagnosis.suspected.unobservable import KINDS, Unobservable
 from peg_on_hole_ros.engine.tuned import DIAGNOSIS_STEP
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.typed_record import Floats
 
 _NOISE = "force_stddev", "torque_stddev"
-_NO_COSTS = np.full(len(KINDS), np.nan)
 
 
 class Findings:
@@ -168,9 +167,13 @@ class Findings:
             look(lambda it: it.lift(), None)
 
     @property
-    def costs(self) -> np.ndarray:
-        """What each setting that is off would cost, see `Unobservable`, shape (8,) [N]."""
-        return self._looks[Unobservable](_costs, _NO_COSTS)
+    def costs(self) -> Floats | None:
+        """What each setting that is off would cost, of the first look that knows it [N]."""
+        for look in self._with["costs"]:
+            costs = look(_costs, None)
+            if costs is not None:
+                return costs
+        return None
 
     def take(self, moment: Moment) -> bool:
         """
@@ -220,8 +223,8 @@ def _hides(look: Suspect) -> bool:
     return look.hides
 
 
-def _costs(look: Suspect) -> np.ndarray:
-    return look.costs if isinstance(look, Unobservable) else _NO_COSTS
+def _costs(look: Suspect) -> Floats | None:
+    return look.costs
 
 
 def _is_unsure(look: Fenced[Suspect]) -> bool:

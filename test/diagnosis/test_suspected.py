@@ -1,5 +1,6 @@
 """A suspected setting is one class of the registry: all else follows from what it says."""
 
+import numpy as np
 import pytest
 
 from late_samples import ordered
@@ -9,6 +10,7 @@ from peg_on_hole_ros.diagnosis.suspected import registry
 from peg_on_hole_ros.diagnosis.suspected.suspect import PARTS, Suspect, has_part
 from peg_on_hole_ros.engine import findings
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.records import WEIGHED_SETTINGS
 
 SAMPLES = ordered(300)
 STATED = Configuration().wrench.force_stddev
@@ -81,6 +83,18 @@ class Offline(Made):
     OFFLINE = True
 
 
+class Costly(Made):
+    NAME = "costly"
+    COSTS = np.arange(1.0, 1.0 + len(WEIGHED_SETTINGS))
+
+    @property
+    def costs(self):
+        return self.COSTS if self.taken else None
+
+    def take(self, moment, unsure):
+        self.taken += 1
+
+
 def played(monkeypatch, *members, offline=False):
     monkeypatch.setattr(findings, "SUSPECTED", (*members, *registry.SUSPECTED))
     line = Pipeline(Configuration(), offline=offline)
@@ -113,6 +127,14 @@ def test_a_look_that_doubts_withholds_what_rests_on_the_wrench(monkeypatch):
     assert line.counts["contact_doubted"] == len(rows) > 100
     assert not any("look_failed" in name for name in line.counts)
     assert {row.contact_mode for row in rows} <= {"open", "unknown"}
+
+
+def test_costs_that_a_look_knows_are_published_on_three_contacts(monkeypatch):
+    _, rows = played(monkeypatch, Costly)
+    on_rim = [row.monitor for row in rows if row.contact_mode == "three_point"]
+    assert len(on_rim) > 100
+    for name, cost in zip(WEIGHED_SETTINGS, Costly.COSTS):
+        assert {numbers[f"doubt_{name}"] for numbers in on_rim} == {cost}
 
 
 def test_what_hides_others_leaves_those_that_stand_without_the_wrench(monkeypatch):

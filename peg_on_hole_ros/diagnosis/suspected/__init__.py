@@ -21,6 +21,9 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
 `unsure`, `hides` : bool
     Whether nothing sure of contacts can be published now, and whether findings of other looks
     cannot be trusted.
+`costs` : ndarray or None
+    What each setting that the motion cannot determine would cost if it is off, which is published
+    as `doubt_*`. None is known as a rule.
 `findings()`
     What it has found: a `finding.Finding` each, with the sentence, the fields of WrenchInput with
     the values that fit, and whether these may be used in place of what is stated.

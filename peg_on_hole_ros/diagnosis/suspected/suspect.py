@@ -10,9 +10,10 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+from peg_on_hole_ros.typed_record import Floats
 
 # Parts of the interface that a look need not have.
-PARTS = ("pass_by", "count", "take", "take_estimate", "lift", "unsure")
+PARTS = ("pass_by", "count", "take", "take_estimate", "lift", "unsure", "costs")
 
 
 class Stated(NamedTuple):
@@ -82,6 +83,9 @@ class Suspect:
         What it has found; it stays until the look begins anew, or takes it back.
     unsure : bool
         Whether nothing sure of contacts can be published now.
+    costs : ndarray, shape (settings,), or None
+        What each of `records.WEIGHED_SETTINGS` would cost if it is off [N]; None: nothing is
+        known of it now.
     hides : bool
         Whether findings of other looks cannot be trusted now.
 
@@ -104,6 +108,11 @@ class Suspect:
     def unsure(self) -> bool:
         """See above."""
         return False
+
+    @property
+    def costs(self) -> Floats | None:
+        """See above."""
+        return None
 
     def findings(self) -> Sequence[Finding]:
         """Return what is to be reported; what was reported before is passed over."""

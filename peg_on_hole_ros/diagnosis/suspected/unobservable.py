@@ -1,6 +1,6 @@
 """Unobservable settings: what each would cost that is off; and a friction that is refuted."""
 
-from math import hypot, nan, sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from peg_on_hole_ros.estimator.record import scene_of
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
 from peg_on_hole_ros.measurements.measurement import skew
 from peg_on_hole_ros.records import WEIGHED_SETTINGS
-from peg_on_hole_ros.typed_record import new
+from peg_on_hole_ros.typed_record import Floats, new
 
 _PLACES, _TILT_PLACES = places_of(("clearance",)), places_of(("tilt",))
 _N, _TILT_N = int(_PLACES.reactions), int(_TILT_PLACES.reactions)
@@ -74,11 +74,6 @@ class Unobservable(Suspect):
     ----------
     stated : Stated
 
-    Attributes
-    ----------
-    costs : ndarray, shape (8,)
-        Of KINDS, at the contact that it moves most [N]; NaN: not on three contacts.
-
     """
 
     NAME = "unobservable"
@@ -114,9 +109,14 @@ class Unobservable(Suspect):
         self.finding: Finding | None = None
         self.restart()
 
+    @property
+    def costs(self) -> Floats | None:
+        """Of KINDS, at the contact that each moves most [N]; None: not on three contacts."""
+        return self._costs
+
     def restart(self) -> None:
-        """Forget what a motion has told."""
-        self.costs = np.full(len(KINDS), nan)
+        """Forget what a motion has shown."""
+        self._costs: Floats | None = None
         self._told = np.zeros((len(_KIND_OF), len(_KIND_OF)))
         self._looked_ns: int | None = None
         self._refuted = self._wrenches = 0
@@ -167,7 +167,7 @@ class Unobservable(Suspect):
                 given = np.linalg.solve(own[np.ix_(learnt, learnt)], own[np.ix_(learnt, off)])
                 moves[:, off] -= moved[:, learnt] @ given
         sizes = np.square(moves * left) @ _OF_KIND
-        self.costs = np.sqrt(sizes.max(axis=0))
+        self._costs = np.sqrt(sizes.max(axis=0))
 
     def _slopes(self, peg, wrenches):
         """Return slopes of the six equations by settings, by reactions, and what is not known."""
