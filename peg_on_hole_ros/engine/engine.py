@@ -13,6 +13,7 @@ from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import Given, Memory, Stop, Taking, catch_up, push, room_for
+from peg_on_hole_ros.engine.snapshots import in_use
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.monitor.outputs import Outputs
@@ -106,9 +107,9 @@ class Engine:
 
     @property
     def kept(self) -> tuple[int, int]:
-        """How many wrenches, and how many states before them, are kept for late messages."""
+        """How many wrenches, and how many snapshots before them, are kept for late messages."""
         r = self._ring.places[0]
-        return int(r["last"] - r["first"]), len(self._ring.unused) - int(r["unused"])
+        return int(r["last"] - r["first"]), in_use(self._ring.snapshots)
 
     @property
     def measured(self) -> AngleMeasurement | None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from peg_on_hole_ros.engine import arrival_order, ring, steps
+from peg_on_hole_ros.engine import arrival_order, ring, snapshots, steps
 from peg_on_hole_ros.engine.arrival_order import Fate
 from peg_on_hole_ros.engine.ring import Ring
 from peg_on_hole_ros.engine.tuned import REPROCESSING
@@ -312,8 +312,8 @@ def _work(memory, p, given):
         newest = p.phase == Phase.WORKS and unit == r.last - 1
         if r.restored:
             r.restored = False
-        elif memory.order[0].window_ns and _is_kept(kept, r, p, unit, newest):
-            ring.keep_before(kept, r, unit, memory.words, e.filter[0].state)
+        elif memory.order[0].window_ns and _is_saved(kept, r, p, unit, newest):
+            snapshots.save(kept.snapshots, unit, memory.words, e.filter[0].state)
         r.done += 1
         given.rows[p.rows] = NOTHING[0]
         if p.by_hand:
@@ -324,11 +324,12 @@ def _work(memory, p, given):
 
 
 @compiled
-def _is_kept(kept, r, p, unit, newest):
-    """Return whether the state before a wrench is kept."""
+def _is_saved(kept, r, p, unit, newest):
+    """Return whether there is to be a snapshot before a wrench."""
     if newest:
-        return p.fate == Fate.LEAPS or ring.wants_state(r)
-    return ring.has_state(kept, unit) or r.last - unit <= REPROCESSING.recent_snapshots
+        return p.fate == Fate.LEAPS or snapshots.is_due(kept.snapshots)
+    recent = r.last - unit <= REPROCESSING.recent_snapshots
+    return recent or snapshots.has_snapshot(kept.snapshots, unit)
 
 
 @compiled

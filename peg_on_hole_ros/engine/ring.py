@@ -1,8 +1,8 @@
 """
-The latest wrenches and orientations in the order of their stamps, with states to go back to.
+The latest wrenches and orientations in the order of their stamps.
 
 A late message is put where its stamp belongs, and everything since is processed again from the
-last state that was kept before it. Compiled: the whole of it is arrays.
+last snapshot before it. Compiled: the whole of it is arrays.
 """
 
 from typing import Annotated, NamedTuple
@@ -10,15 +10,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from peg_on_hole_ros.engine.state import BESIDE, ORIENTATION
+from peg_on_hole_ros.engine import snapshots
+from peg_on_hole_ros.engine.snapshots import Snapshots
+from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.engine.tuned import REPROCESSING, TARE
-from peg_on_hole_ros.estimator.snapshot import (
-    WORD,
-    EstimateSnapshots,
-    restore_estimate,
-    room_for_estimates,
-    save_estimate,
-)
 from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.states import NO_STAMP
@@ -27,12 +22,7 @@ from peg_on_hole_ros.typed_record import Floats, Record, dtype_of
 # Rows that there is room for; what is in use moves to the front when the end is reached.
 _UNITS = 2 * REPROCESSING.most_wrenches + 4096
 _ORIENTATIONS = REPROCESSING.room_for_orientations
-_STATES = (
-    REPROCESSING.recent_snapshots + REPROCESSING.most_wrenches // REPROCESSING.snapshot_stride + 64
-)
 _NONE = -1
-
-_BEGIN, _FILTER = BESIDE.start // WORD, BESIDE.stop // WORD
 
 
 class RingPlaces(Record):
@@ -46,7 +36,7 @@ class RingPlaces(Record):
     done
         Wrenches before it have been processed.
     restored : bool
-        Whether the estimate is at the state kept before `done`.
+        Whether the estimate is that of the snapshot before `done`.
     changed
         First wrench that a late message reached; -1: none.
     late_wrenches, late_joints
@@ -55,14 +45,6 @@ class RingPlaces(Record):
         What is not after it has no place here [ns].
     joints_first, joints_last
         The oldest orientation, and one behind the newest, those that wait among them.
-    appended
-        Wrenches since the ring was emptied.
-    alert
-        Wrenches before which a state is kept, each.
-    bare
-        Wrenches without a state, since one with it, behind the latest.
-    unused
-        States that are in no use, `Ring.unused[:unused]`.
     measured_ns, measured : int, shape (ORIENTATION,)
         The newest orientation whose time has come [ns].
     recent, recent_ns, recent_wrenches
@@ -88,10 +70,6 @@ class RingPlaces(Record):
     kept_from_ns: int
     joints_first: int
     joints_last: int
-    appended: int
-    alert: int
-    bare: int
-    unused: int
     measured_ns: int
     measured: Annotated[Floats, (ORIENTATION,)]
     recent: int
@@ -101,22 +79,6 @@ class RingPlaces(Record):
     reprocessed: int
     without_wrench: int
     ahead: int
-
-
-class Kept(NamedTuple):
-    """
-    Room for states.
-
-    Attributes
-    ----------
-    beside : ndarray of int64, shape (states, words)
-        What the engine remembers beside the estimate.
-    estimates : EstimateSnapshots
-
-    """
-
-    beside: np.ndarray
-    estimates: EstimateSnapshots
 
 
 class Ring(NamedTuple):
@@ -135,13 +97,11 @@ class Ring(NamedTuple):
         the wrench before it end.
     after : ndarray of int64, shape (wrenches,)
         End of those that came with a wrench's own stamp behind it.
-    state : ndarray of int64, shape (wrenches,)
-        Which of the kept states is that before each wrench; -1: none.
     joint_ns : ndarray of int64, shape (orientations,)
         Stamps; those behind the newest wrench wait for the next one [ns].
     orientations : ndarray, shape (orientations, ORIENTATION)
-    unused : ndarray of int64, shape (states,)
-    kept : Kept
+    snapshots : Snapshots
+        Before each wrench.
 
     """
 
@@ -150,11 +110,9 @@ class Ring(NamedTuple):
     wrenches: np.ndarray
     before: np.ndarray
     after: np.ndarray
-    state: np.ndarray
     joint_ns: np.ndarray
     orientations: np.ndarray
-    unused: np.ndarray
-    kept: Kept
+    snapshots: Snapshots
 
 
 class Unit(NamedTuple):
@@ -181,7 +139,7 @@ def new_ring(state: State) -> Ring:
     """Return an empty ring for an estimate, by its state."""
     # What is never written to takes no memory.
     places = np.zeros(1, dtype_of(RingPlaces))
-    places["changed"], places["unused"] = _NONE, _STATES
+    places["changed"] = _NONE
     places["measured_ns"] = places["kept_from_ns"] = NO_STAMP
     return Ring(
         places=places,
@@ -189,37 +147,15 @@ def new_ring(state: State) -> Ring:
         wrenches=np.empty((_UNITS, 6)),
         before=np.empty(_UNITS, np.int64),
         after=np.empty(_UNITS, np.int64),
-        state=np.empty(_UNITS, np.int64),
         joint_ns=np.empty(_ORIENTATIONS, np.int64),
         orientations=np.empty((_ORIENTATIONS, ORIENTATION)),
-        unused=np.arange(_STATES),
-        kept=room(_STATES, state),
+        snapshots=snapshots.new_snapshots(_UNITS, state),
     )
-
-
-def room(states: int, state: State) -> Kept:
-    """Return room for so many states of an estimate, by its state."""
-    beside = np.empty((states, _FILTER - _BEGIN), np.int64)
-    return Kept(beside, room_for_estimates(states, state))
-
-
-@compiled
-def keep(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
-    """Keep what the engine's memory, as words, and its estimate say."""
-    kept.beside[place] = words[_BEGIN:_FILTER]
-    save_estimate(kept.estimates, place, words[_FILTER:], s)
-
-
-@compiled
-def go_back(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
-    """Put what was kept into the engine's memory; what follows is bit for bit what followed it."""
-    words[_BEGIN:_FILTER] = kept.beside[place]
-    restore_estimate(kept.estimates, place, words[_FILTER:], s)
 
 
 def with_room(ring: Ring, state: State) -> Ring:
     """Return a ring for another estimate, by its state; `empty` it."""
-    return ring._replace(kept=room(_STATES, state))
+    return ring._replace(snapshots=snapshots.with_room(ring.snapshots, state))
 
 
 def empty(ring: Ring, from_ns: int) -> None:
@@ -229,9 +165,7 @@ def empty(ring: Ring, from_ns: int) -> None:
     r["joints_first"] = begin_of_waiting(ring)
     r["first"] = r["last"] = r["done"] = r["restored"] = 0
     r["changed"], r["late_wrenches"], r["late_joints"] = _NONE, 0, 0
-    r["appended"] = r["alert"] = r["bare"] = 0
-    ring.unused[:] = np.arange(_STATES)
-    r["unused"] = _STATES
+    snapshots.empty(ring.snapshots)
 
 
 def restart(ring: Ring) -> None:
@@ -343,7 +277,7 @@ def put_late_orientation(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.n
         ring.after[k] += 1
     for k in range(unit + 1, r.last):
         ring.before[k] += 1
-    _change(r, unit)
+    _change(ring, r, unit)
     r.late_joints += 1
 
 
@@ -360,10 +294,10 @@ def put_late_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) ->
         ring.t_ns[k], ring.before[k], ring.after[k] = (
             ring.t_ns[k - 1], ring.before[k - 1], ring.after[k - 1],
         )  # fmt: skip
-        ring.state[k] = ring.state[k - 1]
+        snapshots.move(ring.snapshots, k - 1, k)
         ring.wrenches[k] = ring.wrenches[k - 1]
-    # The state before the later one is that before this one.
-    ring.state[unit + 1] = _NONE
+    # The snapshot before the later one is that before this one.
+    snapshots.without_snapshot(ring.snapshots, unit + 1)
     ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
     for i in range(6):
         ring.wrenches[unit, i] = wrench[i]
@@ -371,9 +305,9 @@ def put_late_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) ->
     r.done += 1
     if r.changed >= unit:
         r.changed += 1
-    _change(r, unit)
+    _change(ring, r, unit)
     r.late_wrenches += 1
-    _thin(ring, r)
+    snapshots.thin(ring.snapshots, r.first, r.last)
 
 
 @compiled
@@ -382,27 +316,10 @@ def append_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) -> N
     _make_room(ring, r)
     unit, end = r.last, due_until(ring, r, t_ns)
     ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
-    ring.state[unit] = _NONE
+    snapshots.without_snapshot(ring.snapshots, unit)
     for i in range(6):
         ring.wrenches[unit, i] = wrench[i]
     r.last += 1
-
-
-@compiled
-def wants_state(r: RingPlaces) -> bool:
-    """Return whether the state before the newest wrench is to be kept."""
-    return r.alert > 0 or r.appended % REPROCESSING.snapshot_stride == 0
-
-
-@compiled
-def keep_before(ring: Ring, r: RingPlaces, unit: int, words: np.ndarray, s: State) -> None:
-    """Keep the state before a wrench; where there is no room, none is."""
-    if ring.state[unit] == _NONE:
-        if not r.unused:
-            return
-        r.unused -= 1
-        ring.state[unit] = ring.unused[r.unused]
-    keep(ring.kept, ring.state[unit], words, s)
 
 
 @compiled
@@ -410,18 +327,17 @@ def settle(ring: Ring, r: RingPlaces, window_ns: int) -> None:
     """Forget what no late message needs, once the newest wrench has been processed."""
     if not window_ns:
         _drop(ring, r, r.last)
-        r.appended = 0
+        snapshots.begin_stride(ring.snapshots)
         return
-    r.appended += 1
-    r.alert -= r.alert > 0
-    _thin(ring, r)
+    snapshots.count_wrench(ring.snapshots)
+    snapshots.thin(ring.snapshots, r.first, r.last)
     oldest_ns = ring.t_ns[r.last - 1] - window_ns
-    if ring.state[r.last - 1] == _NONE:
+    if not snapshots.has_snapshot(ring.snapshots, r.last - 1):
         return
-    # What is kept begins with a state.
+    # What is kept begins with a snapshot.
     while True:
         unit = r.first + 1
-        while unit < r.last and ring.state[unit] == _NONE:
+        while unit < r.last and not snapshots.has_snapshot(ring.snapshots, unit):
             unit += 1
         crowded = r.last - unit >= REPROCESSING.most_wrenches
         if unit == r.last or not (crowded or ring.t_ns[unit - 1] < oldest_ns):
@@ -431,38 +347,32 @@ def settle(ring: Ring, r: RingPlaces, window_ns: int) -> None:
 
 @compiled
 def begin_again(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
-    """Go back to the last state before the first wrench that a late message has reached."""
+    """Go back to the last snapshot before the first wrench that a late message has reached."""
     if r.changed < 0:
         return
     r.went_back += 1
     r.reprocessed += r.last - r.changed
     unit = r.changed
-    while unit > r.first and ring.state[unit] == _NONE:
+    while unit > r.first and not snapshots.has_snapshot(ring.snapshots, unit):
         unit -= 1
     r.changed, r.late_wrenches, r.late_joints = _NONE, 0, 0
     r.done, r.restored = unit, True
-    go_back(ring.kept, ring.state[unit], words, s)
+    snapshots.restore(ring.snapshots, unit, words, s)
 
 
 @compiled
 def take_back(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
-    """Undo the newest wrench, before which the state was kept; its orientations wait again."""
+    """Undo the newest wrench, which has a snapshot; its orientations wait again."""
     unit = r.last - 1
-    go_back(ring.kept, ring.state[unit], words, s)
-    _release(ring, r, unit)
+    snapshots.restore(ring.snapshots, unit, words, s)
+    snapshots.release(ring.snapshots, unit)
     r.last = r.done = unit
     r.restored, r.changed, r.late_wrenches, r.late_joints = False, _NONE, 0, 0
     if r.first == r.last:
-        # What is kept begins with a state.
-        r.appended = 0
+        # What is kept begins with a snapshot.
+        snapshots.begin_stride(ring.snapshots)
     r.recent -= 1
     r.ahead += 1
-
-
-@compiled
-def has_state(ring: Ring, unit: int) -> bool:
-    """Return whether the state before a wrench was kept."""
-    return ring.state[unit] != _NONE
 
 
 @compiled
@@ -506,9 +416,9 @@ def _place_of(ring, r, t_ns):
 
 
 @compiled
-def _change(r, unit):
+def _change(ring, r, unit):
     r.changed = unit if r.changed < 0 else min(r.changed, unit)
-    r.alert = REPROCESSING.every_snapshot
+    snapshots.begin_alert(ring.snapshots)
 
 
 @compiled
@@ -531,7 +441,8 @@ def _make_room(ring, r):
         _forget_half(ring, r)
     by, joints_by = r.first, r.joints_first
     for k in range(r.first, r.last):
-        ring.t_ns[k - by], ring.state[k - by] = ring.t_ns[k], ring.state[k]
+        ring.t_ns[k - by] = ring.t_ns[k]
+        snapshots.move(ring.snapshots, k, k - by)
         ring.before[k - by] = ring.before[k] - joints_by
         ring.after[k - by] = ring.after[k] - joints_by
         ring.wrenches[k - by] = ring.wrenches[k]
@@ -550,7 +461,7 @@ def _forget_half(ring, r):
     found = r.first
     for unit in range(r.first + 1, end):
         if (
-            ring.state[unit] != _NONE
+            snapshots.has_snapshot(ring.snapshots, unit)
             and 4 * (r.joints_last - ring.after[unit - 1]) >= _ORIENTATIONS
         ):
             found = unit
@@ -561,29 +472,8 @@ def _forget_half(ring, r):
 def _drop(ring, r, unit):
     """Forget the wrenches before one."""
     for k in range(r.first, unit):
-        _release(ring, r, k)
+        snapshots.release(ring.snapshots, k)
     if unit > r.first:
         r.joints_first = ring.after[unit - 1]
         r.kept_from_ns = max(r.kept_from_ns, ring.t_ns[unit - 1])
     r.first = unit
-
-
-@compiled
-def _release(ring, r, unit):
-    if ring.state[unit] != _NONE:
-        ring.unused[r.unused] = ring.state[unit]
-        r.unused += 1
-        ring.state[unit] = _NONE
-
-
-@compiled
-def _thin(ring, r):
-    """Leave every eighth state before the latest, and the first that is kept."""
-    unit = r.last - REPROCESSING.recent_snapshots - 1
-    if unit <= r.first:
-        r.bare = 0
-    elif ring.state[unit] == _NONE or r.bare < REPROCESSING.snapshot_stride - 1:
-        _release(ring, r, unit)
-        r.bare += 1
-    else:
-        r.bare = 0

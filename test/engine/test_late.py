@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total, undoubted
-from peg_on_hole_ros.engine import ring
+from peg_on_hole_ros.engine import ring, snapshots
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.engine.tuned import REPROCESSING
@@ -149,11 +149,11 @@ def test_memory_of_the_fastest_wrench_is_bounded():
     for k in range(2 * MOST_WRENCHES):
         now = 100_000 * k
         ring.append_wrench(kept, r, now, np.zeros(6))
-        if ring.wants_state(r):
-            ring.keep_before(kept, r, int(r["last"]) - 1, words, state)
+        if snapshots.is_due(kept.snapshots):
+            snapshots.save(kept.snapshots, int(r["last"]) - 1, words, state)
         r["done"] = r["last"]
         ring.settle(kept, r, 1500 * MS)
-        wrenches, states = int(r["last"] - r["first"]), len(kept.unused) - int(r["unused"])
+        wrenches, states = int(r["last"] - r["first"]), snapshots.in_use(kept.snapshots)
         if k % 97 == 96:
             # From somewhere within what is kept, and all since anew.
             back = 1 + k * 37 % min(wrenches - 1, 4000)
@@ -165,7 +165,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
         assert wrenches < MOST_WRENCHES + 2 * STRIDE
         # Of the latest all, and of the others one in eight.
         assert states <= REPROCESSING.recent_snapshots + wrenches / STRIDE + 2
-        assert ring.has_state(kept, int(r["first"]))
+        assert snapshots.has_snapshot(kept.snapshots, int(r["first"]))
     assert late > 200
     assert r["reprocessed"] > 1000 * late
     assert r["last"] - r["first"] > MOST_WRENCHES - 2 * STRIDE
