@@ -11,7 +11,12 @@ from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
-from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
+from peg_on_hole_ros.mechanics.geometry import (
+    ClosedForms,
+    contact_geometry,
+    normals,
+    velocity_jacobians,
+)
 from peg_on_hole_ros.mechanics.kernel import SceneScalars
 from peg_on_hole_ros.mechanics.reference import (
     peg_axes,
@@ -175,8 +180,9 @@ def contact(
     scene = open_scene(cell, x, load)
     geometry = contact_geometry(scene, np.clip(x[0], *_tilts(scene)))
     scales, left = np.zeros(3), np.zeros(3)
+    forms = ClosedForms(*geometry[1:])
     turned = direction_moments.py_func(
-        _scalars(scene), geometry[1:], x, P, cell.settings.direction_share, scales, left
+        _scalars(scene), forms, x, P, cell.settings.direction_share, scales, left
     )
     residual = -_balance(cell, x, u, load, scales)
     W = slopes(lambda u: _balance(cell, x, u, load, scales), u)

@@ -74,7 +74,7 @@ def contact_columns(
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, q[0])
-    s, c, a1, a2, S1, S2, b = geo[0], geo[1], geo[2], geo[3], geo[4], geo[5], geo[6]
+    s, c, a1, a2, S1, S2, b = geo.s, geo.c, geo.a1, geo.a2, geo.S1, geo.S2, geo.b
     sp, cp = sin(q[2]), cos(q[2])
     slides = True
     force, arm = np.empty(3), np.empty(3)

@@ -162,7 +162,7 @@ def fill_pose(
     """
     # At and below gamma0 the closed forms end; the pose there is that of gamma0, marked as free.
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, max(motion.gamma, p.gamma0 * (1.0 + 1e-9)))
-    s, c, a1, a2 = geo[0], geo[1], geo[2], geo[3]
+    s, c, a1, a2 = geo.s, geo.c, geo.a1, geo.a2
     spsi, cpsi = sin(motion.psi), cos(motion.psi)
     along_h, along_z = a2 * s, a1 - a2 * c
     row.position[0] = cpsi * along_h

@@ -6,6 +6,7 @@ from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_normal, rim_slip
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import FRICTION, RATE, Places
 from peg_on_hole_ros.estimator.tuned import SLIP_FLOOR
+from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
 
@@ -13,7 +14,7 @@ from peg_on_hole_ros.typed_record import Floats
 @compiled
 def direction_moments(
     scene: SceneScalars,
-    geo: tuple[float, ...],
+    geo: ClosedForms,
     x: Floats,
     P: Floats,
     share: float,
@@ -30,8 +31,7 @@ def direction_moments(
     Parameters
     ----------
     scene : SceneScalars
-    geo : tuple
-        From `closed_forms`.
+    geo : ClosedForms
     x : ndarray
         Mean of the component.
     P : ndarray
@@ -106,7 +106,7 @@ def slip_moments(rows: Rows, x: Floats, P: Floats, share: float) -> tuple[float,
 @compiled
 def fill_direction_noise(
     scene: SceneScalars,
-    geo: tuple[float, ...],
+    geo: ClosedForms,
     x: Floats,
     friction_force2: Floats,
     scratch: Scratch,
@@ -117,8 +117,7 @@ def fill_direction_noise(
     Parameters
     ----------
     scene : SceneScalars
-    geo : tuple
-        From `closed_forms`.
+    geo : ClosedForms
     x : ndarray
         Mean of the component.
     friction_force2 : ndarray, shape (3,)

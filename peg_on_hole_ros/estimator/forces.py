@@ -67,8 +67,8 @@ def contact_forces(
                 N * (s * f_h + c * f_e),
                 N * f_z,
             )
-        r_h = -0.5 * p.D if i == 0 else geo[4]
-        r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
+        r_h = -0.5 * p.D if i == 0 else geo.S1
+        r_e = 0.0 if i == 0 else (-geo.b if i == 1 else geo.b)
         point[i, 0], point[i, 1], point[i, 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
 
 

@@ -2,6 +2,7 @@
 
 from math import sqrt
 
+from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 
 # Rows h, e, z of three: derivatives of a slip velocity by the rates of gamma, psi, phi [m/rad].
@@ -11,20 +12,19 @@ Rows = tuple[
 
 
 @compiled
-def rim_slip(scene: SceneScalars, geo: tuple[float, ...], contact: int) -> Rows:
+def rim_slip(scene: SceneScalars, geo: ClosedForms, contact: int) -> Rows:
     """
     Return the slip's components by the rates at a contact, three rows of three.
 
     Parameters
     ----------
     scene : SceneScalars
-    geo : tuple
-        From `closed_forms`.
+    geo : ClosedForms
     contact : int
         0, 1, 2 for K, B1, B2.
 
     """
-    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
+    s, c, a1, S1, S2, b = geo.s, geo.c, geo.a1, geo.S1, geo.S2, geo.b
     if contact == 0:
         return (
             (2.0 * a1, 0.0, 0.0),
@@ -36,10 +36,10 @@ def rim_slip(scene: SceneScalars, geo: tuple[float, ...], contact: int) -> Rows:
 
 
 @compiled
-def rim_normal(geo: tuple[float, ...], contact: int) -> tuple[float, float, float]:
+def rim_normal(geo: ClosedForms, contact: int) -> tuple[float, float, float]:
     """Return the direction (h, e, z) in which a contact pushes the peg; parameters as above."""
-    a1, S1, b = geo[2], geo[4], geo[6]
+    a1, S1, b = geo.a1, geo.S1, geo.b
     over = 1.0 / sqrt(S1 * S1 + b * b + a1 * a1)
     if contact == 0:
-        return geo[1], 0.0, geo[0]
+        return geo.c, 0.0, geo.s
     return -S1 * over, (b if contact == 1 else -b) * over, a1 * over

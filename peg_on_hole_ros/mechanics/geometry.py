@@ -46,6 +46,25 @@ class ContactGeometry(NamedTuple):
     ddz_c: np.ndarray
 
 
+class ClosedForms(NamedTuple):
+    """The fields of `ContactGeometry` after gamma0, in its order; of an array of tilts, arrays."""
+
+    s: float
+    c: float
+    a1: float
+    a2: float
+    S1: float
+    S2: float
+    b: float
+    db: float
+    h_c: float
+    z_c: float
+    dh_c: float
+    dz_c: float
+    ddh_c: float
+    ddz_c: float
+
+
 def contact_geometry(scene: Scene, gamma: float | np.ndarray) -> ContactGeometry:
     """
     Return the geometry of three-point contact at a tilt.
@@ -79,7 +98,8 @@ def contact_geometry(scene: Scene, gamma: float | np.ndarray) -> ContactGeometry
     if not np.iscomplexobj(gamma):
         _check_tilt(gamma, gamma0)
     d, D, H_c = scene.peg_diameter, scene.hole_diameter, scene.mass_center_height
-    return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma))
+    forms: Any = closed_forms(d, D, H_c, gamma0, gamma)
+    return ContactGeometry(gamma0, *forms)
 
 
 def contact_geometry_above(scene: Scene, excess: float | np.ndarray) -> ContactGeometry:
@@ -116,14 +136,15 @@ def contact_geometry_above(scene: Scene, excess: float | np.ndarray) -> ContactG
                 f"and {np.pi / 2 - gamma0:.9g} rad; below 0 the contact is two-point"
             )
     d, D, H_c = scene.peg_diameter, scene.hole_diameter, scene.mass_center_height
-    return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma0 + excess, excess))
+    forms: Any = closed_forms(d, D, H_c, gamma0, gamma0 + excess, excess)
+    return ContactGeometry(gamma0, *forms)
 
 
 def closed_forms(
     d: float, D: float, H_c: float, gamma0: float, gamma: Any, excess: Any = None
-) -> tuple[Any, ...]:
+) -> ClosedForms:
     """
-    Return the fields of `ContactGeometry` after gamma0; unchecked, and compiled by the kernel.
+    Return the closed forms of the geometry; unchecked, and compiled by the kernel.
 
     `excess` is gamma - gamma0 where that is known better than by the difference.
 
@@ -153,7 +174,7 @@ def closed_forms(
     dz_c = h_c + S1
     ddh_c = d / 2 * c + H_c * s
     ddz_c = dh_c - 2 * S2 / s
-    return s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
+    return ClosedForms(s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c)
 
 
 def _check_tilt(gamma, gamma0):

@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics import generated, geometry
 from peg_on_hole_ros.mechanics.compiling import compiled, inlined
+from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
 from peg_on_hole_ros.mechanics.scene import SceneScalars
 
@@ -69,7 +70,7 @@ def _eliminate(p, geo, work):
 
     Returns the determinant over its frictionless value.
     """
-    s, h_c, dh_c, dz_c = geo[0], geo[8], geo[10], geo[11]
+    s, h_c, dh_c, dz_c = geo.s, geo.h_c, geo.dh_c, geo.dz_c
     inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
     inertia_psi = p.m * h_c * h_c + p.Ie * s * s
     along_h = p.m * dh_c / inertia_gamma
@@ -77,7 +78,7 @@ def _eliminate(p, geo, work):
     along_z = p.m * dz_c / inertia_gamma
     for i in range(3):
         G_gamma = work[_G_AT + i]
-        G_psi = work[_G_AT + 3 + i] - geo[1] * work[_G_AT + 6 + i]
+        G_psi = work[_G_AT + 3 + i] - geo.c * work[_G_AT + 6 + i]
         work[_WEIGHTS + i] = work[_W_AT + i] - along_h * G_gamma
         work[_WEIGHTS + 3 + i] = work[_W_AT + 3 + i] - along_e * G_psi
         work[_WEIGHTS + 6 + i] = work[_W_AT + 6 + i] - along_z * G_gamma
@@ -96,7 +97,7 @@ def _eliminate(p, geo, work):
     work[_INVERSE + 6] = c20 * over
     work[_INVERSE + 7] = (k01 * k20 - k00 * k21) * over
     work[_INVERSE + 8] = (k00 * k11 - k01 * k10) * over
-    a1, a2, b = geo[2], geo[3], geo[6]
+    a1, a2, b = geo.a1, geo.a2, geo.b
     frictionless = 2.0 * b * a2 / (0.25 * p.D * p.D + a1 * a1)
     return determinant / frictionless
 
@@ -104,7 +105,7 @@ def _eliminate(p, geo, work):
 @inlined
 def _factors(p, geo, work):
     """Return what one solution of the factored six equations takes; divisions are done here."""
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
     inertia_psi = p.m * h_c * h_c + p.Ie * s * s
     inverse = _nine(work, _INVERSE)
@@ -143,7 +144,7 @@ def _solve(factors, r_gamma, r_psi, r_phi, r_h, r_e, r_z):
 @compiled
 def _wrench_in_hez(p, geo, x, u, work):
     """Turn the applied wrench to (h, e, z), with gravity; the rotation stays in the workspace."""
-    s, c = geo[0], geo[1]
+    s, c = geo.s, geo.c
     sp, cp = sin(x[2]), cos(x[2])
     spsi, cpsi = sin(x[1]), cos(x[1])
     r = _ROTATION
@@ -168,7 +169,7 @@ def pose_of(
     x: np.ndarray | tuple[float, float, float],
     u: np.ndarray,
     work: np.ndarray,
-) -> tuple[tuple[float, ...], tuple[float, float, float, float, float, float]]:
+) -> tuple[ClosedForms, tuple[float, float, float, float, float, float]]:
     """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     return geo, _wrench_with_weight(_wrench_in_hez(p, geo, x, u, work))
@@ -275,7 +276,7 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
     slopes = work[_SLOPES : _SLOPES + 36]
     derivatives(p, scales, geo, rates, wrench, answer, slopes)
 
-    s, c = geo[0], geo[1]
+    s, c = geo.s, geo.c
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).
     _wrench_column(geo, (-F_z, 0.0, F_h, -M_z, 0.0, M_h), work, 0)
     # Only gravity depends on psi.
@@ -313,7 +314,7 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
 def _wrench_column(geo, wrench, work, column):
     """Put the six equations' right side for a wrench in (h, e, z) into a column."""
     F_h, F_e, F_z, M_h, M_e, M_z = wrench
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     at = _COLUMNS + column
     work[at] = F_h * dh_c + F_z * dz_c - M_e
     work[at + JACOBIAN_WIDTH] = F_e * h_c + M_z

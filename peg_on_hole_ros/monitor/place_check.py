@@ -56,8 +56,9 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> Floats:
     """
     gamma0 = 2.0 * asin(sqrt((D - d) / (2.0 * D)))
     gamma = max(gamma, gamma0 * (1.0 + PLACE_CHECK.edge))
-    s, c, a1, a2 = closed_forms(d, D, 0.0, gamma0, gamma)[:4]
-    return np.array([a2 * s * cos(psi), a2 * s * sin(psi), a1 - a2 * c])
+    geo = closed_forms(d, D, 0.0, gamma0, gamma)
+    aside = geo.a2 * geo.s
+    return np.array([aside * cos(psi), aside * sin(psi), geo.a1 - geo.a2 * geo.c])
 
 
 @compiled

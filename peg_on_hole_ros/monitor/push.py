@@ -106,9 +106,9 @@ def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, floa
     geo, wrench = pose_of(scene, angles, estimate.wrench, estimate.work)
     if not motion.gamma > scene.gamma0:
         geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, tilt)
-    dh_c, dz_c = geo[10], geo[11]
+    dh_c, dz_c = geo.dh_c, geo.dz_c
     force = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
-    s, a1, S1 = geo[0], geo[2], geo[4]
+    s, a1, S1 = geo.s, geo.a1, geo.S1
     lever = 2.0 / 3.0 * (a1 / s + 2.0 * sqrt(a1 * a1 + S1 * S1))
     return force, R[0, 0] * (dh_c * dh_c + dz_c * dz_c) + R[4, 4], lever
 

@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN, RATE
+from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,
     compiled,
@@ -19,7 +20,7 @@ _NEAREST = 1e-5
 
 
 @compiled
-def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> tuple[float, ...]:
+def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> ClosedForms:
     """Return what `closed_forms` does, to leading order in a small tilt: sin = gamma, cos = 1."""
     a1 = D * (gamma - gamma0) * (gamma + gamma0) / (4.0 * gamma)
     a2 = ((D - d) + 0.5 * d * gamma * gamma) / (2.0 * gamma)
@@ -30,7 +31,7 @@ def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> 
     h_c, z_c = gamma * (a2 - H_c), a1 - a2 + H_c
     dh_c, dz_c = 2.0 * a1 - z_c, h_c + S
     ddh_c, ddz_c = 2.0 * a2 / gamma - dz_c, dh_c - 2.0 * S / gamma
-    return gamma, 1.0, a1, a2, S, S, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
+    return ClosedForms(gamma, 1.0, a1, a2, S, S, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c)
 
 
 @compiled
@@ -63,7 +64,7 @@ def unbalance(
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
     sliding = with_friction(p, max(x[FRICTION], 0.0))
     equations(sliding, scales, geo, rates, wrench, work)
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     g, a, b = x[ACCELERATION], x[ACCELERATION + 1], x[ACCELERATION + 2]
     out[0] = (p.m * (dh_c**2 + dz_c**2) + p.Ie) * g
     out[1] = (p.m * h_c**2 + p.Ie * s**2 + p.Iz * c**2) * a + p.Iz * c * b

@@ -18,6 +18,7 @@ from peg_on_hole_ros.estimator.open_scene import (
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.update import reset_three
+from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,
     closed_forms,
@@ -75,7 +76,7 @@ def linearise(
     turned = direction_moments(
         scene, geo, x, P, settings.direction_share, scratch.velocity_scale, scratch.unexplained
     )
-    wrench = applied_wrench(kalman, scene, x, geo[0], geo[1])
+    wrench = applied_wrench(kalman, scene, x, geo.s, geo.c)
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
     scale = scratch.velocity_scale
     scales = (scale[0], scale[1], scale[2])
@@ -120,9 +121,9 @@ def linearise(
 
 
 @compiled
-def _fill_inertia(scene: SceneScalars, geo: tuple[float, ...], inertia: float, E: Floats) -> None:
+def _fill_inertia(scene: SceneScalars, geo: ClosedForms, inertia: float, E: Floats) -> None:
     """Fill in the derivatives by the accelerations."""
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     E[0, 6] = inertia * (scene.m * (dh_c * dh_c + dz_c * dz_c) + scene.Ie)
     E[1, 7] = inertia * (scene.m * h_c * h_c + scene.Ie * s * s + scene.Iz * c * c)
     E[1, 8] = E[2, 7] = inertia * scene.Iz * c
@@ -133,9 +134,9 @@ def _fill_inertia(scene: SceneScalars, geo: tuple[float, ...], inertia: float, E
 
 
 @compiled
-def _reduce(geo: tuple[float, ...], columns: Floats) -> None:
+def _reduce(geo: ClosedForms, columns: Floats) -> None:
     """Turn wrenches into the right side of the six equations, column by column."""
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     for j in range(columns.shape[1]):
         F_h, F_e, F_z = columns[0, j], columns[1, j], columns[2, j]
         M_h, M_e, M_z = columns[3, j], columns[4, j], columns[5, j]
@@ -144,13 +145,13 @@ def _reduce(geo: tuple[float, ...], columns: Floats) -> None:
 
 
 @compiled
-def _expected_wrench(geo: tuple[float, ...], wrench: Wrench, scratch: Scratch) -> Wrench:
+def _expected_wrench(geo: ClosedForms, wrench: Wrench, scratch: Scratch) -> Wrench:
     """
     Return the wrench with which the equations hold, at which the Jacobian is evaluated.
 
     At the measured wrench, sensor noise would enter the Jacobian and act like information.
     """
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
     residual = scratch.residual
     F_h, F_e, F_z = residual[3], residual[4], residual[5]
     M_e = F_h * dh_c + F_z * dz_c - residual[0]
@@ -163,7 +164,7 @@ def _expected_wrench(geo: tuple[float, ...], wrench: Wrench, scratch: Scratch) -
 
 @compiled
 def _differentiate_apart(
-    kalman: FilterRecord, scene: SceneScalars, geo: tuple[float, ...],
+    kalman: FilterRecord, scene: SceneScalars, geo: ClosedForms,
     rates: tuple[float, float, float], wrench: Wrench, y: Wrench, frictions: tuple[float, float],
 ) -> None:  # fmt: skip
     """
@@ -174,8 +175,7 @@ def _differentiate_apart(
     kalman : FilterRecord
         `scratch.work` is filled as by `derivatives`, and the column of friction at K.
     scene : SceneScalars
-    geo : tuple
-        From `closed_forms`.
+    geo : ClosedForms
     rates, wrench, y : tuple
         As `derivatives` takes them.
     frictions : tuple
