@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.tuned import TARE
+from peg_on_hole_ros.mechanics.linear_algebra import FORCE, TORQUE
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import WrenchSample
@@ -100,7 +101,7 @@ def _not_its_weight(samples, processor, payload_unknown):
     force, torque = (", ".join(f"{x:.3g}" for x in each) for each in (away[:3], away[3:]))
     return (
         f"the sensor reads [{force}] N, [{torque}] N m beside the weight and the zero that is "
-        f"stated, where {limits[0]:.3g} N and {limits[3]:.3g} N m are plausible "
+        f"stated, where {limits[FORCE]:.3g} N and {limits[TORQUE]:.3g} N m are plausible "
         "(wrench.bias_force_stddev, wrench.bias_torque_stddev)"
     )
 

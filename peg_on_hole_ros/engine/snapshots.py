@@ -21,7 +21,7 @@ from peg_on_hole_ros.typed_record import Record, dtype_of
 _MOST = (
     REPROCESSING.recent_snapshots + REPROCESSING.most_wrenches // REPROCESSING.snapshot_stride + 64
 )
-_NONE = -1
+_NO_SNAPSHOT = -1
 
 _BEGIN, _FILTER = BESIDE.start // WORD, BESIDE.stop // WORD
 
@@ -108,7 +108,7 @@ def in_use(snapshots: Snapshots) -> int:
 @compiled
 def has_snapshot(snapshots: Snapshots, unit: int) -> bool:
     """Return whether there is one before a wrench of the ring."""
-    return snapshots.number[unit] != _NONE
+    return snapshots.number[unit] != _NO_SNAPSHOT
 
 
 @compiled
@@ -141,14 +141,14 @@ def begin_alert(snapshots: Snapshots) -> None:
 @compiled
 def without_snapshot(snapshots: Snapshots, unit: int) -> None:
     """Begin a wrench of the ring, which has none yet."""
-    snapshots.number[unit] = _NONE
+    snapshots.number[unit] = _NO_SNAPSHOT
 
 
 @compiled
 def save(snapshots: Snapshots, unit: int, words: Words, s: State) -> None:
     """Save the engine's memory, as words, and its estimate before a wrench, if there is room."""
     places = snapshots.places[0]
-    if snapshots.number[unit] == _NONE:
+    if snapshots.number[unit] == _NO_SNAPSHOT:
         if not places.unused:
             return
         places.unused -= 1
@@ -170,10 +170,10 @@ def restore(snapshots: Snapshots, unit: int, words: Words, s: State) -> None:
 def release(snapshots: Snapshots, unit: int) -> None:
     """Forget the snapshot before a wrench, if there is one."""
     places = snapshots.places[0]
-    if snapshots.number[unit] != _NONE:
+    if snapshots.number[unit] != _NO_SNAPSHOT:
         snapshots.unused[places.unused] = snapshots.number[unit]
         places.unused += 1
-        snapshots.number[unit] = _NONE
+        snapshots.number[unit] = _NO_SNAPSHOT
 
 
 @compiled
@@ -188,7 +188,7 @@ def thin(snapshots: Snapshots, first: int, last: int) -> None:
     places, unit = snapshots.places[0], last - REPROCESSING.recent_snapshots - 1
     if unit <= first:
         places.bare = 0
-    elif snapshots.number[unit] == _NONE or places.bare < REPROCESSING.snapshot_stride - 1:
+    elif snapshots.number[unit] == _NO_SNAPSHOT or places.bare < REPROCESSING.snapshot_stride - 1:
         release(snapshots, unit)
         places.bare += 1
     else:

@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.filter_steps import GATED, RESET, USED
 from peg_on_hole_ros.estimator.noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.orientation_update import jumped_lately
+from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
@@ -164,9 +165,9 @@ def measure(
             e.R[i, i] += turned * turned
     elif is_news(e.fresh, stamp, e.q, e.R[0, 0], s.mixture_mean, s.mixture_covariance[0, 0]):
         for i in range(3):
-            e.q[i] += lateness * s.mixture_mean[3 + i]
+            e.q[i] += lateness * s.mixture_mean[RATE + i]
             for j in range(3):
-                e.R[i, j] += lateness * lateness * s.mixture_covariance[3 + i, 3 + j]
+                e.R[i, j] += lateness * lateness * s.mixture_covariance[RATE + i, RATE + j]
     else:
         kind = OLD
         e.counts.joints_dropped_repeated_value += 1

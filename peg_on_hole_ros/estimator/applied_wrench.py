@@ -6,12 +6,12 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.open_scene import tilted_gravity
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import Places
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, Wrench, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
 from peg_on_hole_ros.typed_record import Floats
 
 # Force and moment about the mass centre in (h, e, z): F_h, F_e, F_z, M_h, M_e, M_z [N], [N m].
-Wrench = tuple[float, float, float, float, float, float]
+Column = tuple[float, float, float, float, float, float]
 
 
 @compiled
@@ -34,7 +34,7 @@ def applied_wrench(
 
     """
     u, places, columns = kalman.wrench, kalman.places, kalman.scratch.applied_jacobian
-    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    u0, u1, u2, u3, u4, u5 = six_of(u)
     if places.bias >= 0:
         b = x[places.bias : places.bias + 6]
         u0 -= _row(kalman.bias_map, 0, b)
@@ -54,7 +54,7 @@ def applied_wrench(
     for i in range(6):
         columns[i, 0] = columns[i, 2] = 0.0
     put_column(columns, 1, (g_e, -g_h, 0.0, 0.0, 0.0, 0.0))
-    add_turn(columns, s, c, (F_h, F_e, F_z, M_h, M_e, M_z))
+    add_turn(columns, s, c, Wrench(F_h, F_e, F_z, M_h, M_e, M_z))
     for j in range(2):
         put_column(columns, 3 + 3 * j, (r00, r10, r20, r00, r10, r20))
         put_column(columns, 4 + 3 * j, (r01, r11, r21, r01, r11, r21))
@@ -66,7 +66,13 @@ def applied_wrench(
     l_y, l_x = scene.m * scene.g_z, -scene.m * scene.g_z
     put_column(columns, 9, (sps * l_y, cps * l_y, -scene.m * scene.g_y, 0.0, 0.0, 0.0))
     put_column(columns, 10, (cps * l_x, -sps * l_x, scene.m * scene.g_x, 0.0, 0.0, 0.0))
-    return F_h + g_h, F_e + g_e, F_z + scene.m * g_z, M_h, M_e, M_z
+    return Wrench(F_h + g_h, F_e + g_e, F_z + scene.m * g_z, M_h, M_e, M_z)
+
+
+@compiled
+def six_of(values: Floats) -> Column:
+    """Return six values as a tuple."""
+    return values[0], values[1], values[2], values[3], values[4], values[5]
 
 
 @compiled
@@ -82,10 +88,11 @@ def add_turn(columns: Floats, s: float, c: float, wrench: Wrench) -> None:
 
 
 @compiled
-def put_column(columns: Floats, j: int, wrench: Wrench) -> None:
+def put_column(columns: Floats, j: int, column: Column) -> None:
     """Fill in a column."""
-    columns[0, j], columns[1, j], columns[2, j] = wrench[0], wrench[1], wrench[2]
-    columns[3, j], columns[4, j], columns[5, j] = wrench[3], wrench[4], wrench[5]
+    (
+        columns[0, j], columns[1, j], columns[2, j], columns[3, j], columns[4, j], columns[5, j],
+    ) = column  # fmt: skip
 
 
 @compiled

@@ -10,12 +10,14 @@ from peg_on_hole_ros.estimator.hole_geometry import (
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
 from peg_on_hole_ros.mechanics.kernel import (
+    W_AT,
     SceneScalars,
+    Wrench,
     closed_forms,
     compiled,
     equations,
 )
-from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
+from peg_on_hole_ros.mechanics.linear_algebra import TORQUE, in_peg_axes, length, peg_turns
 from peg_on_hole_ros.outputs import Row
 
 
@@ -48,15 +50,15 @@ def contact_forces(
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    wrench = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     motion, scales, work = estimate.motion, estimate.friction_scales, estimate.work
     rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
     equations(p, scales, geo, rates, wrench, work)
     s, c = sin(motion.psi), cos(motion.psi)
     force, point = row.contact_wrench, row.contact_point
     for i in range(3):
-        # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
-        f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
+        # Normal plus friction direction, rows h, e, z.
+        f_h, f_e, f_z = work[W_AT + i], work[W_AT + 3 + i], work[W_AT + 6 + i]
         N = row.normal[i]
         if N == 0.0:
             # No force has no direction, and is none also where friction's is no number.
@@ -109,5 +111,4 @@ def rim_load(estimate: Estimate) -> tuple[float, float]:
     turns = peg_turns(motion.gamma, motion.psi, motion.phi)
     weight = in_peg_axes(turns, (p.m * p.g_x, p.m * p.g_y, p.m * p.g_z))
     F_x, F_y, F_z = u[0] + weight[0], u[1] + weight[1], u[2] + weight[2]
-    couple = u[3] * u[3] + u[4] * u[4] + u[5] * u[5]
-    return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)
+    return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), length(u, TORQUE)

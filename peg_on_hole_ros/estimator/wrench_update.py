@@ -1,6 +1,6 @@
 """What a wrench does to the state: correction by the contacts that carry, and evidence."""
 
-from math import isfinite, isinf, log, sqrt
+from math import isfinite, isinf, log
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import copy_component, reset_three, update
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
-from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
+from peg_on_hole_ros.mechanics.linear_algebra import FORCE, TORQUE, factor_cholesky, length, whiten
 from peg_on_hole_ros.typed_record import Floats
 
 _GRAVITY = 9.81
@@ -31,9 +31,7 @@ _EQUATIONS = 6.0
 @compiled
 def load_of(scene: SceneScalars, u: Floats) -> float:
     """Return how much the rim may carry: what a wrench and the weight can amount to there [N]."""
-    force = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-    couple = sqrt(u[3] * u[3] + u[4] * u[4] + u[5] * u[5])
-    return force + 2.0 * couple / scene.d + scene.m * _GRAVITY
+    return length(u, FORCE) + 2.0 * length(u, TORQUE) / scene.d + scene.m * _GRAVITY
 
 
 @compiled

@@ -2,6 +2,7 @@
 
 from math import sqrt
 
+from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.measurements.angles import turn_between, turn_size
 from peg_on_hole_ros.measurements.repeats import Repeats, held, notice, said
 from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
@@ -102,7 +103,7 @@ def is_news(
         fresh.still = seconds > REPEATED_VALUES.reported
         fresh.stuck = max(fresh.stuck, seconds)
     # If it were used at once, it would stop the prediction that has to show the difference.
-    moves = REPEATED_VALUES.reported * turn_size(q[0], x[3], x[4], x[5]) > noise
+    moves = REPEATED_VALUES.reported * turn_size(q[0], x[RATE], x[RATE + 1], x[RATE + 2]) > noise
     return not fresh.left and (seconds > REPEATED_VALUES.reported or not moves)
 
 

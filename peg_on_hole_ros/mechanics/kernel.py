@@ -20,10 +20,21 @@ derivatives = compiled(generated.derivatives)
 JACOBIAN_WIDTH = 14
 
 
+class Wrench(NamedTuple):
+    """Force [N] and moment about the mass centre [N m], along (h, e, z)."""
+
+    F_h: float
+    F_e: float
+    F_z: float
+    M_h: float
+    M_e: float
+    M_z: float
+
+
 class AppliedLoad(NamedTuple):
     """What acts on the peg beside the contacts, along (h, e, z), about the mass centre."""
 
-    applied: tuple[float, float, float, float, float, float]
+    applied: Wrench
     weight_h: float
     weight_e: float
     weight_z: float
@@ -32,7 +43,7 @@ class AppliedLoad(NamedTuple):
 @inlined
 def _wrench_with_weight(load):
     F_h, F_e, F_z, M_h, M_e, M_z = load.applied
-    return F_h + load.weight_h, F_e + load.weight_e, F_z + load.weight_z, M_h, M_e, M_z
+    return Wrench(F_h + load.weight_h, F_e + load.weight_e, F_z + load.weight_z, M_h, M_e, M_z)
 
 
 @compiled
@@ -53,9 +64,11 @@ def workspace() -> np.ndarray:
     return np.zeros(_COLUMNS + 6 * JACOBIAN_WIDTH)
 
 
-# Places in the scratch memory, so that the hot path allocates nothing.
-_G_AT, _W_AT, _R_AT = 0, 9, 18
-_SLOPES = 24
+# Places in the scratch memory, so that the hot path allocates nothing: of what `equations` fills,
+# and of the rows of `derivatives` with their columns.
+G_AT, W_AT, R_AT = 0, 9, 18
+DERIVATIVES_AT = 24
+BY_GAMMA, BY_RATES, BY_FRICTION, BY_PEG_DIAMETER = 0, 1, 4, 5
 _INVERSE = 60
 _WEIGHTS = 69
 _ROTATION = 78
@@ -77,11 +90,11 @@ def _eliminate(p, geo, work):
     along_e = p.m * h_c / inertia_psi
     along_z = p.m * dz_c / inertia_gamma
     for i in range(3):
-        G_gamma = work[_G_AT + i]
-        G_psi = work[_G_AT + 3 + i] - geo.c * work[_G_AT + 6 + i]
-        work[_WEIGHTS + i] = work[_W_AT + i] - along_h * G_gamma
-        work[_WEIGHTS + 3 + i] = work[_W_AT + 3 + i] - along_e * G_psi
-        work[_WEIGHTS + 6 + i] = work[_W_AT + 6 + i] - along_z * G_gamma
+        G_gamma = work[G_AT + i]
+        G_psi = work[G_AT + 3 + i] - geo.c * work[G_AT + 6 + i]
+        work[_WEIGHTS + i] = work[W_AT + i] - along_h * G_gamma
+        work[_WEIGHTS + 3 + i] = work[W_AT + 3 + i] - along_e * G_psi
+        work[_WEIGHTS + 6 + i] = work[W_AT + 6 + i] - along_z * G_gamma
     k00, k01, k02 = work[_WEIGHTS], work[_WEIGHTS + 1], work[_WEIGHTS + 2]
     k10, k11, k12 = work[_WEIGHTS + 3], work[_WEIGHTS + 4], work[_WEIGHTS + 5]
     k20, k21, k22 = work[_WEIGHTS + 6], work[_WEIGHTS + 7], work[_WEIGHTS + 8]
@@ -109,7 +122,7 @@ def _factors(p, geo, work):
     inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
     inertia_psi = p.m * h_c * h_c + p.Ie * s * s
     inverse = _nine(work, _INVERSE)
-    G = _nine(work, _G_AT)
+    G = _nine(work, G_AT)
     scalars = (1.0 / inertia_gamma, 1.0 / inertia_psi, 1.0 / p.Iz, c)
     return scalars, (p.m * dh_c, p.m * h_c, p.m * dz_c), inverse, G
 
@@ -160,7 +173,7 @@ def _wrench_in_hez(p, geo, x, u, work):
     M_z = work[r + 6] * u[3] + work[r + 7] * u[4] + work[r + 8] * u[5]
     weight_h = p.m * (cpsi * p.g_x + spsi * p.g_y)
     weight_e = p.m * (cpsi * p.g_y - spsi * p.g_x)
-    return AppliedLoad((F_h, F_e, F_z, M_h, M_e, M_z), weight_h, weight_e, p.m * p.g_z)
+    return AppliedLoad(Wrench(F_h, F_e, F_z, M_h, M_e, M_z), weight_h, weight_e, p.m * p.g_z)
 
 
 @compiled
@@ -169,7 +182,7 @@ def pose_of(
     x: np.ndarray | tuple[float, float, float],
     u: np.ndarray,
     work: np.ndarray,
-) -> tuple[ClosedForms, tuple[float, float, float, float, float, float]]:
+) -> tuple[ClosedForms, Wrench]:
     """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     return geo, _wrench_with_weight(_wrench_in_hez(p, geo, x, u, work))
@@ -211,7 +224,7 @@ def accelerate(
     rates = (x[3], x[4], x[5])
     equations(p, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
-    factors, r = _factors(p, geo, work), _R_AT
+    factors, r = _factors(p, geo, work), R_AT
     y[0], y[1], y[2], y[3], y[4], y[5] = _solve(
         factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
     )
@@ -228,7 +241,7 @@ def determinant_at(
 ) -> float:
     """Return the determinant over its frictionless value, as of `accelerate`; no wrench enters."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     equations(p, scales, geo, rates, nothing, work)
     return _eliminate(p, geo, work)
 
@@ -273,7 +286,7 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
     """Fill in dy = inv(A) (dr - dA y) of the six equations A y = r at their answer y."""
     F_h, F_e, F_z, M_h, M_e, M_z = load.applied
     wrench, factors = _wrench_with_weight(load), _factors(p, geo, work)
-    slopes = work[_SLOPES : _SLOPES + 36]
+    slopes = work[DERIVATIVES_AT : DERIVATIVES_AT + 36]
     derivatives(p, scales, geo, rates, wrench, answer, slopes)
 
     s, c = geo.s, geo.c
@@ -289,10 +302,11 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
     _wrench_column(geo, by_phi, work, 2)
     for i in range(6):
         row = _COLUMNS + JACOBIAN_WIDTH * i
-        work[row] -= slopes[6 * i]
+        work[row] -= slopes[6 * i + BY_GAMMA]
         for j in range(3):
-            work[row + 3 + j] = -slopes[6 * i + 1 + j]
-        work[row + 12], work[row + 13] = -slopes[6 * i + 4], -slopes[6 * i + 5]
+            work[row + 3 + j] = -slopes[6 * i + BY_RATES + j]
+        work[row + 12] = -slopes[6 * i + BY_FRICTION]
+        work[row + 13] = -slopes[6 * i + BY_PEG_DIAMETER]
     for j in range(3):
         r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
         _wrench_column(geo, (r_h, r_e, r_z, 0.0, 0.0, 0.0), work, 6 + j)

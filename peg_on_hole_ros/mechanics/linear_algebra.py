@@ -9,6 +9,8 @@ _LEAST_PIVOT = 1e-300
 # Sines and cosines: of gamma, of psi, of phi.
 Turns = tuple[float, float, float, float, float, float]
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
+# Where force and torque begin in a wrench.
+FORCE, TORQUE = 0, 3
 # A variance that a subtraction leaves below this share of what it was is rounding.
 ROUNDING = 1e-15
 
@@ -40,6 +42,21 @@ def whiten(factor: Floats, k: int, residual: Floats, white: Floats) -> float:
         white[a] = t / factor[a, a]
         square += white[a] * white[a]
     return square
+
+
+@compiled
+def length(values: Floats, first: int) -> float:
+    """Return the length of the vector of three values from a place on."""
+    x, y, z = values[first], values[first + 1], values[first + 2]
+    return sqrt(x * x + y * y + z * z)
+
+
+@compiled
+def rotated(r: Rotation, values: Floats, first: int) -> tuple[float, float, float]:
+    """Return the vector of three values from a place on, rotated by a matrix in rows."""
+    x, y, z = values[first], values[first + 1], values[first + 2]
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r
+    return r00 * x + r01 * y + r02 * z, r10 * x + r11 * y + r12 * z, r20 * x + r21 * y + r22 * z
 
 
 @compiled

@@ -244,9 +244,9 @@ def _follow_contact_loss(
                 if most > CONTACT_LOSS_ALARM.clearly * opened and lost[i] == most:
                     which = i
         kept.which = which
-        for i in range(3):
-            kept.numbers[i] = lost[i]
-        kept.numbers[3], kept.numbers[4] = shown.opened, shown.free
+        numbers = (shown.lost_K, shown.lost_B1, shown.lost_B2, shown.opened, shown.free)
+        for i in range(len(numbers)):
+            kept.numbers[i] = numbers[i]
     _say(said, kept, level, cause)
 
 

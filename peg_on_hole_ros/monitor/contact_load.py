@@ -5,9 +5,12 @@ from math import exp, fabs, nan, sin, sqrt
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import (
+    FORCE,
+    TORQUE,
     factor_cholesky,
     peg_rotation,
     peg_turns,
+    rotated,
     whiten,
 )
 from peg_on_hole_ros.monitor.trend import is_number
@@ -90,24 +93,18 @@ def carried_load(
     w_y = -motion.gamma_rate * cpsi - motion.phi_rate * s * spsi
     w_z = motion.psi_rate + motion.phi_rate * c
     along = (p.Iz - p.Ie) * (motion.phi_rate + motion.psi_rate * c)
-    L_x, L_y, L_z = p.Ie * w_x + along * r[2], p.Ie * w_y + along * r[5], p.Ie * w_z + along * r[8]
-    new = (
-        r[0] * u[0] + r[1] * u[1] + r[2] * u[2] + p.m * p.g_x,
-        r[3] * u[0] + r[4] * u[1] + r[5] * u[2] + p.m * p.g_y,
-        r[6] * u[0] + r[7] * u[1] + r[8] * u[2] + p.m * p.g_z,
-        r[0] * u[3] + r[1] * u[4] + r[2] * u[5],
-        r[3] * u[3] + r[4] * u[4] + r[5] * u[5],
-        r[6] * u[3] + r[7] * u[4] + r[8] * u[5],
-        L_x,
-        L_y,
-        L_z,
-    )
+    _, _, z_x, _, _, z_y, _, _, z_z = r
+    momentum = (p.Ie * w_x + along * z_x, p.Ie * w_y + along * z_y, p.Ie * w_z + along * z_z)
+    F_x, F_y, F_z = rotated(r, u, FORCE)
+    force = (F_x + p.m * p.g_x, F_y + p.m * p.g_y, F_z + p.m * p.g_z)
+    couple = rotated(r, u, TORQUE)
     over_radius, R = 2.0 / p.d, estimate.wrench_noise
     noise = jump = 0.0
     for i in range(3):
         noise += R[i, i] + over_radius * over_radius * R[3 + i, 3 + i]
-        jump += (new[i] - load.force[i]) ** 2
-        jump += (over_radius * (new[3 + i] - load.couple[i])) ** 2
+        jump += (force[i] - load.force[i]) ** 2
+        jump += (over_radius * (couple[i] - load.couple[i])) ** 2
+    L_x, L_y, L_z = momentum
     if not is_number(jump + fabs(L_x) + fabs(L_y) + fabs(L_z)):
         return nan, noise
     share = 1.0 - exp(-dt / time)
@@ -115,9 +112,9 @@ def carried_load(
     least = FREE_PEG_LOAD.azimuth_stddev * FREE_PEG_LOAD.azimuth_stddev
     turns = begun and dt > 0.0 and motion.covariance[1, 1] < least
     for i in range(3):
-        rate = (new[6 + i] - load.momentum[i]) / dt if turns else 0.0
+        rate = (momentum[i] - load.momentum[i]) / dt if turns else 0.0
         load.momentum_rate[i] += share * (rate - load.momentum_rate[i])
-        load.momentum[i] = new[6 + i]
+        load.momentum[i] = momentum[i]
     # A load that has changed is not a mean of before and after.
     if not begun or jump > FREE_PEG_LOAD.jump * noise:
         load.share = share = 1.0
@@ -125,10 +122,10 @@ def carried_load(
         load.share = (1.0 - share) * (1.0 - share) * load.share + share * share
     squares = 0.0
     for i in range(3):
-        load.force[i] += share * (new[i] - load.force[i])
-        load.couple[i] += share * (new[3 + i] - load.couple[i])
-        couple = load.couple[i] - load.momentum_rate[i]
-        squares += load.force[i] ** 2 + (over_radius * couple) ** 2
+        load.force[i] += share * (force[i] - load.force[i])
+        load.couple[i] += share * (couple[i] - load.couple[i])
+        held = load.couple[i] - load.momentum_rate[i]
+        squares += load.force[i] ** 2 + (over_radius * held) ** 2
     pull = _pull(load)
     squares -= pull * pull * (1.0 - 1.0 / (FREE_PEG_LOAD.lift * FREE_PEG_LOAD.lift))
     return sqrt(squares), load.share * noise + _turned(estimate, time)

@@ -107,7 +107,7 @@ def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, floa
     if not motion.gamma > scene.gamma0:
         geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, tilt)
     dh_c, dz_c = geo.dh_c, geo.dz_c
-    force = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
+    force = wrench.M_e - wrench.F_h * dh_c - wrench.F_z * dz_c
     s, a1, S1 = geo.s, geo.a1, geo.S1
     lever = 2.0 / 3.0 * (a1 / s + 2.0 * sqrt(a1 * a1 + S1 * S1))
     return force, R[0, 0] * (dh_c * dh_c + dz_c * dz_c) + R[4, 4], lever

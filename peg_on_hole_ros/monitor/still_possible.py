@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0
 from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
@@ -109,9 +110,9 @@ def _rates(outputs: Outputs, scene: Scene) -> Floats:
     """Return closing, and a turn that is surely one; how it parts in two is hardly known."""
     ratio = scene.peg_diameter / scene.hole_diameter
     weights = np.array([1.0, ratio])
-    turn = float(weights @ outputs.state[4:])
-    variance = float(weights @ outputs.state_covariance[4:, 4:] @ weights)
-    closing = min(float(outputs.state[3]), 0.0)
+    turn = float(weights @ outputs.state[RATE + 1 :])
+    variance = float(weights @ outputs.state_covariance[RATE + 1 :, RATE + 1 :] @ weights)
+    closing = min(float(outputs.state[RATE]), 0.0)
     return np.array(
         [closing, 0.0, turn / ratio if turn * turn > PRESENT_STATE.sure**2 * variance else 0.0]
     )

@@ -7,6 +7,7 @@ import numpy as np
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN, RATE
 from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
+    R_AT,
     SceneScalars,
     compiled,
     equations,
@@ -71,7 +72,7 @@ def unbalance(
     out[2] = p.Iz * (c * a + b)
     out[3], out[4], out[5] = p.m * dh_c * g, p.m * h_c * a, p.m * dz_c * g
     for i in range(6):
-        out[i] -= work[18 + i]
+        out[i] -= work[R_AT + i]
         for j in range(3):
             out[i] -= work[3 * i + j] * x[OPEN + j]
 

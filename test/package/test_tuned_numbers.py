@@ -82,7 +82,7 @@ def test_the_page_of_tuned_numbers_is_that_of_the_sources():
 # Numbers of modules that nobody chose by trying, and what they are.
 NOT_TUNED = {
     "engine/ring": {"_NONE": "no place"},
-    "engine/snapshots": {"_NONE": "no snapshot"},
+    "engine/snapshots": {"_NO_SNAPSHOT": "no snapshot"},
     "engine/state": {"ORIENTATION": "columns"},
     "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},

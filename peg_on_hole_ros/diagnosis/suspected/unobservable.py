@@ -244,7 +244,8 @@ def stated_offsets(configuration: Configuration) -> np.ndarray:
 def offsets_of(configuration: Configuration) -> np.ndarray:
     """Return by how much each of KINDS may be off: as stated, else as is typical, shape (8,)."""
     typical, stated = np.array([kind.typical for kind in KINDS]), stated_offsets(configuration)
-    typical[4] *= configuration.scene.hole_diameter / 0.05
+    of_torque = np.array([kind.unit == "N m" for kind in KINDS])
+    typical[of_torque] *= configuration.scene.hole_diameter / 0.05
     return np.where(stated > 0.0, stated, typical)
 
 

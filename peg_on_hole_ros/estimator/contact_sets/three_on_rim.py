@@ -1,11 +1,11 @@
 """Three contacts on the rim, K, B1 and B2: the six equations as a measurement of the wrench."""
 
 from peg_on_hole_ros.estimator.applied_wrench import (
-    Wrench,
     add_turn,
     applied_wrench,
     fill_wrench_noise,
     put_column,
+    six_of,
     subtract_applied_jacobian,
 )
 from peg_on_hole_ros.estimator.direction import direction_moments, fill_direction_noise
@@ -20,7 +20,15 @@ from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
+    BY_FRICTION,
+    BY_GAMMA,
+    BY_PEG_DIAMETER,
+    BY_RATES,
+    DERIVATIVES_AT,
+    G_AT,
+    R_AT,
     SceneScalars,
+    Wrench,
     closed_forms,
     compiled,
     derivatives,
@@ -29,6 +37,8 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 from peg_on_hole_ros.typed_record import Floats
 
+# Accelerations and reactions.
+Answer = tuple[float, float, float, float, float, float]
 UNKNOWN_REACTIONS = 3  # N_K, N_B1, N_B2
 DRIVEN_MOTION = True
 IN_HOLE = False
@@ -90,29 +100,31 @@ def linearise(
         # They are linear in each reaction.
         equations(with_friction(scene, f_K), scales, geo, rates, wrench, work)
         for i in range(6):
-            scratch.column_K[i] = work[3 * i]
+            scratch.column_K[i] = work[G_AT + 3 * i]
     equations(with_friction(scene, f), scales, geo, rates, wrench, work)
     for i in range(6):
         if places.friction_k >= 0:
-            work[3 * i] = scratch.column_K[i]
-        residual[i] = -work[18 + i]
+            work[G_AT + 3 * i] = scratch.column_K[i]
+        residual[i] = -work[R_AT + i]
         for j in range(3):
-            E[i, n + j] = -work[3 * i + j]
+            E[i, n + j] = -work[G_AT + 3 * i + j]
             residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
             residual[i] += E[i, n + j] * x[n + j]
     wrench = _expected_wrench(geo, wrench, scratch)
     a = ACCELERATION
     y = (inertia * x[a], inertia * x[a + 1], inertia * x[a + 2], x[n], x[n + 1], x[n + 2])
+    slopes = work[DERIVATIVES_AT : DERIVATIVES_AT + 36]
     if places.friction_k >= 0:
         _differentiate_apart(kalman, scene, geo, rates, wrench, y, (f, f_K))
     else:
-        derivatives(with_friction(scene, f), scales, geo, rates, wrench, y, work[24:60])
+        derivatives(with_friction(scene, f), scales, geo, rates, wrench, y, slopes)
     for i in range(6):
-        E[i, FRICTION] = work[24 + 6 * i + 4]
+        row = 6 * i
+        E[i, FRICTION] = slopes[row + BY_FRICTION]
         for j in range(3):
-            E[i, RATE + j] = work[24 + 6 * i + 1 + j]
-        E[i, 0], E[i, 1], E[i, 2] = work[24 + 6 * i], 0.0, 0.0
-        fill_clearance_jacobian(scene, x, places, load, work[24 + 6 * i + 5], E[i])
+            E[i, RATE + j] = slopes[row + BY_RATES + j]
+        E[i, 0], E[i, 1], E[i, 2] = slopes[row + BY_GAMMA], 0.0, 0.0
+        fill_clearance_jacobian(scene, x, places, load, slopes[row + BY_PEG_DIAMETER], E[i])
     _reduce(geo, scratch.applied_jacobian)
     subtract_applied_jacobian(scratch, places, kalman.bias_map)
     fill_wrench_noise(scratch, kalman.noise)
@@ -152,20 +164,19 @@ def _expected_wrench(geo: ClosedForms, wrench: Wrench, scratch: Scratch) -> Wren
     At the measured wrench, sensor noise would enter the Jacobian and act like information.
     """
     s, c, h_c, dh_c, dz_c = geo.s, geo.c, geo.h_c, geo.dh_c, geo.dz_c
-    residual = scratch.residual
-    F_h, F_e, F_z = residual[3], residual[4], residual[5]
-    M_e = F_h * dh_c + F_z * dz_c - residual[0]
-    M_z = residual[1] - F_e * h_c
-    M_h = (c * M_z - residual[2]) / s
-    add_turn(scratch.applied_jacobian, s, c, (F_h, F_e, F_z, M_h, M_e, M_z))
+    by_gamma, by_psi, by_phi, F_h, F_e, F_z = six_of(scratch.residual)
+    M_e = F_h * dh_c + F_z * dz_c - by_gamma
+    M_z = by_psi - F_e * h_c
+    M_h = (c * M_z - by_phi) / s
+    add_turn(scratch.applied_jacobian, s, c, Wrench(F_h, F_e, F_z, M_h, M_e, M_z))
     w = wrench
-    return w[0] + F_h, w[1] + F_e, w[2] + F_z, w[3] + M_h, w[4] + M_e, w[5] + M_z
+    return Wrench(w.F_h + F_h, w.F_e + F_e, w.F_z + F_z, w.M_h + M_h, w.M_e + M_e, w.M_z + M_z)
 
 
 @compiled
 def _differentiate_apart(
     kalman: FilterRecord, scene: SceneScalars, geo: ClosedForms,
-    rates: tuple[float, float, float], wrench: Wrench, y: Wrench, frictions: tuple[float, float],
+    rates: tuple[float, float, float], wrench: Wrench, y: Answer, frictions: tuple[float, float],
 ) -> None:  # fmt: skip
     """
     Fill in the derivatives where friction at K differs: they are linear in each reaction.
@@ -185,17 +196,19 @@ def _differentiate_apart(
     scratch, (f, f_K) = kalman.scratch, frictions
     scale = scratch.velocity_scale
     scales = (scale[0], scale[1], scale[2])
-    found, total = scratch.work[24:60], scratch.gain.reshape(scratch.gain.size)
+    found = scratch.work[DERIVATIVES_AT : DERIVATIVES_AT + 36]
+    total = scratch.gain.reshape(scratch.gain.size)
     total[:36] = 0.0
     # K alone with its friction, less what does not depend on K, and both others.
-    parts = ((f_K, y[3], 0.0, 0.0, 1.0), (f_K, 0.0, 0.0, 0.0, -1.0), (f, 0.0, y[4], y[5], 1.0))
+    ddgamma, ddpsi, ddphi, K, B1, B2 = y
+    parts = ((f_K, K, 0.0, 0.0, 1.0), (f_K, 0.0, 0.0, 0.0, -1.0), (f, 0.0, B1, B2, 1.0))
     for friction, N_K, N_B1, N_B2, sign in parts:
-        answer = (y[0], y[1], y[2], N_K, N_B1, N_B2)
+        answer = (ddgamma, ddpsi, ddphi, N_K, N_B1, N_B2)
         derivatives(with_friction(scene, friction), scales, geo, rates, wrench, answer, found)
         for i in range(36):
             total[i] += sign * found[i]
         if N_K != 0.0:
             for i in range(6):
-                scratch.jacobian[i, kalman.places.friction_k] = found[6 * i + 4]
+                scratch.jacobian[i, kalman.places.friction_k] = found[6 * i + BY_FRICTION]
     for i in range(36):
         found[i] = total[i]

@@ -9,10 +9,11 @@ noise as wide as the load, so that its evidence of friction is not counted twice
 from math import cos, sin
 
 from peg_on_hole_ros.estimator.applied_wrench import (
-    Wrench,
+    Column,
     add_turn,
     applied_wrench,
     fill_wrench_noise,
+    six_of,
     subtract_applied_jacobian,
 )
 from peg_on_hole_ros.estimator.direction import along_slip, slip_moments
@@ -27,7 +28,7 @@ from peg_on_hole_ros.estimator.open_scene import fill_clearance_jacobian, scene_
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.update import reset_three
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, Wrench, compiled
 from peg_on_hole_ros.typed_record import Floats
 
 UNKNOWN_REACTIONS = 2  # N_K, N_B
@@ -91,10 +92,8 @@ def linearise(
     _subtract_contact(kalman, scene, x, 0, K, scale2_K)
     _subtract_contact(kalman, scene, x, 1, B, scale2_B)
     # What the residual lacks is no part of the Jacobian, see `three_on_rim`.
-    add_turn(
-        scratch.applied_jacobian, s, c,
-        (residual[0], residual[1], residual[2], residual[3], residual[4], residual[5]),
-    )  # fmt: skip
+    F_h, F_e, F_z, M_h, M_e, M_z = six_of(residual)
+    add_turn(scratch.applied_jacobian, s, c, Wrench(F_h, F_e, F_z, M_h, M_e, M_z))
     subtract_applied_jacobian(scratch, places, kalman.bias_map)
     fill_wrench_noise(scratch, kalman.noise)
     scratch.noise[2, 2] += (2.0 * scene.m * scene.H_c * mode_stddev) ** 2
@@ -200,19 +199,19 @@ def _subtract_contact(
 
 
 @compiled
-def _wrench_of(F_h: float, F_e: float, F_z: float, r_h: float, r_z: float) -> Wrench:
+def _wrench_of(F_h: float, F_e: float, F_z: float, r_h: float, r_z: float) -> Column:
     """Return a force with its moment, at an arm in the plane of the tilt."""
     return F_h, F_e, F_z, -r_z * F_e, r_z * F_h - r_h * F_z, r_h * F_e
 
 
 @compiled
-def _moved(w: Wrench, by_h: float, by_z: float) -> Wrench:
+def _moved(w: Column, by_h: float, by_z: float) -> Column:
     """Return how a wrench changes where its force stays and its arm moves."""
     return 0.0, 0.0, 0.0, -by_z * w[1], by_z * w[0] - by_h * w[2], by_h * w[1]
 
 
 @compiled
-def _add_noise(noise: Floats, amount: float, w: Wrench) -> None:
+def _add_noise(noise: Floats, amount: float, w: Column) -> None:
     """Add the covariance of a wrench along one direction, of a variance."""
     for i in range(6):
         for j in range(6):

@@ -149,8 +149,8 @@ def _by_diagram(
     length = ((scene.D - scene.d) + 2.0 * scene.d * sin(0.5 * motion.gamma) ** 2) / max(
         side * s, 1e-6
     )
-    F_x, F_z = side * wrench[0], -wrench[2]
-    M = -side * (wrench[4] + scene.H_c * (c * wrench[0] + s * wrench[2]))
+    F_x, F_z = side * wrench.F_h, -wrench.F_z
+    M = -side * (wrench.M_e + scene.H_c * (c * wrench.F_h + s * wrench.F_z))
     f_z = max(f_z, 1e-3)
     margin = jamming_margin(0.5 * scene.d, length, f_z, F_x, F_z, M)
     more = f_z + sqrt(max(friction_variance, 1e-6))
