@@ -1,17 +1,42 @@
 """How well a wrench is explained by a peg in free air or on three contacts, as a likelihood."""
 
 from math import cos, fabs, hypot, log, pi, sin, sqrt
+from typing import Annotated
 
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.tuned import WRENCH_BALANCE
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
-from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation, peg_rotation, peg_turns
+from peg_on_hole_ros.mechanics.linear_algebra import (
+    hez_rotation,
+    peg_rotation,
+    peg_turns,
+)
+from peg_on_hole_ros.typed_record import Floats, Matrix3, Record
 
 # Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
 # on the rim. Models: free, and three contacts at frictions about the stated one.
 MODELS = 1 + WRENCH_BALANCE.frictions
 LOG_TWO_PI = log(2.0 * pi)
+
+
+class Model(Record):
+    """
+    What the likelihood of any wrench takes, of one model.
+
+    Attributes
+    ----------
+    over_noise : shape (3, 6)
+        Its columns over the variances of the wrench.
+    inverse : shape (3, 3)
+        Of the normal matrix.
+    constant : float
+
+    """
+
+    over_noise: Annotated[Floats, (3, 6)]
+    inverse: Matrix3
+    constant: float
 
 
 @compiled
@@ -119,7 +144,7 @@ def _to_peg(h, e, z, s, c, sp, cp, out):
 
 
 @compiled
-def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: np.ndarray) -> None:
+def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: Model) -> None:
     """
     Fill in what the likelihood of any wrench takes, of one model.
 
@@ -130,18 +155,18 @@ def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: np.ndar
         Variance of what each column is multiplied with [N^2].
     noise : ndarray, shape (6,)
         Variances of the wrench.
-    model : ndarray, shape (28,)
-        Filled: columns over the noise (3, 6), inverse of the normal matrix (3, 3), constant.
+    model : Model
+        Filled.
 
     """
-    K = np.zeros((3, 3))
+    K, over_noise, inverse = np.zeros((3, 3)), model.over_noise, model.inverse
     for j in range(3):
         for i in range(6):
-            model[6 * j + i] = columns[i, j] / noise[i]
+            over_noise[j, i] = columns[i, j] / noise[i]
         for k in range(j + 1):
             t = 1.0 / prior if j == k else 0.0
             for i in range(6):
-                t += model[6 * j + i] * columns[i, k]
+                t += over_noise[j, i] * columns[i, k]
             K[j, k] = t
             K[k, j] = t
     c00 = K[1, 1] * K[2, 2] - K[1, 2] * K[1, 2]
@@ -149,27 +174,27 @@ def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: np.ndar
     c02 = K[0, 1] * K[1, 2] - K[0, 2] * K[1, 1]
     determinant = K[0, 0] * c00 + K[0, 1] * c01 + K[0, 2] * c02
     over = 1.0 / determinant
-    model[18], model[19], model[20] = c00 * over, c01 * over, c02 * over
-    model[21], model[22] = c01 * over, (K[0, 0] * K[2, 2] - K[0, 2] * K[0, 2]) * over
-    model[23] = (K[0, 1] * K[0, 2] - K[0, 0] * K[1, 2]) * over
-    model[24], model[25] = c02 * over, model[23]
-    model[26] = (K[0, 0] * K[1, 1] - K[0, 1] * K[0, 1]) * over
+    inverse[0, 0], inverse[0, 1], inverse[0, 2] = c00 * over, c01 * over, c02 * over
+    inverse[1, 0], inverse[1, 1] = c01 * over, (K[0, 0] * K[2, 2] - K[0, 2] * K[0, 2]) * over
+    inverse[1, 2] = (K[0, 1] * K[0, 2] - K[0, 0] * K[1, 2]) * over
+    inverse[2, 0], inverse[2, 1] = c02 * over, inverse[1, 2]
+    inverse[2, 2] = (K[0, 0] * K[1, 1] - K[0, 1] * K[0, 1]) * over
     t = log(determinant) + 3.0 * log(prior) + 6.0 * LOG_TWO_PI
     for i in range(6):
         t += log(noise[i])
-    model[27] = -0.5 * t
+    model.constant = -0.5 * t
 
 
 @compiled
 def likelihood(
-    model: np.ndarray, prior: float, pushes: bool, y: np.ndarray, noise: np.ndarray, load: float
+    model: Model, prior: float, pushes: bool, y: np.ndarray, noise: np.ndarray, load: float
 ) -> tuple[float, float]:
     """
     Return the log likelihood of a wrench that a model has to balance, and what is left of it.
 
     Parameters
     ----------
-    model : ndarray
+    model : Model
         From `prepare`.
     prior : float
         As it was there.
@@ -189,15 +214,15 @@ def likelihood(
 
     """
     b0 = b1 = b2 = square = 0.0
+    over_noise, inverse = model.over_noise, model.inverse
     for i in range(6):
-        b0 += model[i] * y[i]
-        b1 += model[6 + i] * y[i]
-        b2 += model[12 + i] * y[i]
+        b0 += over_noise[0, i] * y[i]
+        b1 += over_noise[1, i] * y[i]
+        b2 += over_noise[2, i] * y[i]
         square += y[i] * y[i] / noise[i]
-    m = model
-    N0 = -(m[18] * b0 + m[19] * b1 + m[20] * b2)
-    N1 = -(m[21] * b0 + m[22] * b1 + m[23] * b2)
-    N2 = -(m[24] * b0 + m[25] * b1 + m[26] * b2)
+    N0 = -(inverse[0, 0] * b0 + inverse[0, 1] * b1 + inverse[0, 2] * b2)
+    N1 = -(inverse[1, 0] * b0 + inverse[1, 1] * b1 + inverse[1, 2] * b2)
+    N2 = -(inverse[2, 0] * b0 + inverse[2, 1] * b1 + inverse[2, 2] * b2)
     large = (N0 * N0 + N1 * N1 + N2 * N2) / prior
     square = max(square + b0 * N0 + b1 * N1 + b2 * N2 - large, 0.0)
     share = WRENCH_BALANCE.unexplained
@@ -208,12 +233,12 @@ def likelihood(
         for k in range(3):
             N = N0 if k == 0 else N1 if k == 1 else N2
             if N < 0.0:
-                left += N * N / (m[18 + 4 * k] * wider + spare)
-    return m[27] - 0.5 * (left + large) - 3.0 * log(wider), left
+                left += N * N / (inverse[k, k] * wider + spare)
+    return model.constant - 0.5 * (left + large) - 3.0 * log(wider), left
 
 
 @compiled
-def friction_step(model: np.ndarray, slope: np.ndarray, y: np.ndarray, noise: np.ndarray) -> float:
+def friction_step(model: Model, slope: np.ndarray, y: np.ndarray, noise: np.ndarray) -> float:
     """
     Return by how much friction is to change so that least is left (Gauss and Newton).
 
@@ -221,7 +246,7 @@ def friction_step(model: np.ndarray, slope: np.ndarray, y: np.ndarray, noise: np
 
     Parameters
     ----------
-    model : ndarray
+    model : Model
         From `prepare`, of contacts.
     slope : ndarray, shape (6, 3)
         How its columns change with friction.
@@ -230,23 +255,24 @@ def friction_step(model: np.ndarray, slope: np.ndarray, y: np.ndarray, noise: np
 
     """
     b, N, along, moved = np.zeros(3), np.empty(3), np.empty(6), np.zeros(3)
+    over_noise, inverse = model.over_noise, model.inverse
     for j in range(3):
         for i in range(6):
-            b[j] += model[6 * j + i] * y[i]
+            b[j] += over_noise[j, i] * y[i]
     for j in range(3):
-        N[j] = -(model[18 + 3 * j] * b[0] + model[19 + 3 * j] * b[1] + model[20 + 3 * j] * b[2])
+        N[j] = -(inverse[j, 0] * b[0] + inverse[j, 1] * b[1] + inverse[j, 2] * b[2])
     down = steep = 0.0
     for i in range(6):
         along[i] = slope[i, 0] * N[0] + slope[i, 1] * N[1] + slope[i, 2] * N[2]
         left = y[i]
         for j in range(3):
-            left += model[6 * j + i] * noise[i] * N[j]
-            moved[j] += model[6 * j + i] * along[i]
+            left += over_noise[j, i] * noise[i] * N[j]
+            moved[j] += over_noise[j, i] * along[i]
         down += left * along[i] / noise[i]
         steep += along[i] * along[i] / noise[i]
     for j in range(3):
         for k in range(3):
-            steep -= moved[j] * model[18 + 3 * j + k] * moved[k]
+            steep -= moved[j] * inverse[j, k] * moved[k]
     return -down / steep if steep > 0.0 else 0.0
 
 

@@ -13,6 +13,7 @@ from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_COSTS
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
+from peg_on_hole_ros.typed_record import Matrix3, Record, new
 
 _KN, _N_MM, _KN_M = (1e3, "kN"), (1e-3, "N mm"), (1e3, "kN m")
 _UNITS = (
@@ -21,9 +22,6 @@ _UNITS = (
     {"force": _KN, "torque": _N_MM},
     {"force": _KN, "torque": _KN_M},
 )
-# Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
-# weight, and the axes to turn to (3, 3) with the sign.
-WIDTH = 13
 # Left-handed axes that a driver may send, of force and torque alike. With the sign they are 6 of
 # the 24 signed permutations that no turn of the sensor is; the others are a turn and the sign.
 _LEFT_HANDED = {
@@ -33,6 +31,27 @@ _LEFT_HANDED = {
         for i, j, order in ((0, 1, (1, 0, 2)), (0, 2, (2, 1, 0)), (1, 2, (0, 2, 1)))
     },
 }
+
+
+class Meaning(Record):
+    """
+    What a wrench may mean, for compiled code.
+
+    Attributes
+    ----------
+    force_factor, torque_factor : float
+        Of a wrong unit.
+    in_base_axes, weight_removed : bool
+    axes : shape (3, 3)
+        To turn to, with the sign.
+
+    """
+
+    force_factor: float
+    torque_factor: float
+    in_base_axes: bool
+    weight_removed: bool
+    axes: Matrix3
 
 
 class Hypothesis(NamedTuple):
@@ -47,8 +66,7 @@ class Hypothesis(NamedTuple):
         In which they differ from the stated ones, as `name: value`, or the units, or the axes.
     cost : float
         Before anything is measured [nats].
-    row : ndarray, shape (WIDTH,)
-        For compiled code.
+    meaning : Meaning
     mirrored : str
         How its axes are left-handed, where that is what it says; else empty.
     left_handed : bool
@@ -59,7 +77,7 @@ class Hypothesis(NamedTuple):
     options: WrenchInput
     settings: tuple[str, ...]
     cost: float
-    row: np.ndarray
+    meaning: Meaning
     mirrored: str
     left_handed: bool
 
@@ -83,11 +101,20 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
     for name, compensated in product(_LEFT_HANDED, (False, True)):
         found.append(_hypothesis(stated, _meant(stated, robot, compensated), mirror=name))
     first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
-    told: dict[bytes, Hypothesis] = {}
+    told: dict[tuple[float, ...], Hypothesis] = {}
     for hypothesis in sorted(first.values(), key=lambda hypothesis: hypothesis.cost):
         # A mirrored axis is a turn with the other sign: the cheaper of the two says it.
-        told.setdefault((np.round(hypothesis.row, 4) + 0.0).tobytes(), hypothesis)
+        told.setdefault(_rounded(hypothesis.meaning), hypothesis)
     return list(told.values())
+
+
+def _rounded(meaning):
+    """Return a meaning as a key: those that are nearly the same have the same."""
+    numbers = (
+        meaning.force_factor, meaning.torque_factor, meaning.in_base_axes, meaning.weight_removed,
+        *meaning.axes.ravel(),
+    )  # fmt: skip
+    return tuple((np.round(numbers, 4) + 0.0).tolist())
 
 
 def _meant(options, robot, compensated):
@@ -108,20 +135,21 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
         settings.append(f"wrench.sensor_rpy: {[round(angle, 4) for angle in options.sensor_rpy]}")
         # One of so many turns.
         spread = log(23)
-    row = np.zeros(WIDTH)
-    row[:2] = 1.0
+    meaning = new(Meaning)
+    meaning.force_factor = meaning.torque_factor = 1.0
     for name, (factor, unit) in units.items():
         settings.append(f"unit of the {name} read as {unit}")
-        row[0 if name == "force" else 1] = factor
-    row[2], row[3] = options.axes == "base", options.gravity == "compensated"
+        setattr(meaning, f"{name}_factor", factor)
+    meaning.in_base_axes = options.axes == "base"
+    meaning.weight_removed = options.gravity == "compensated"
     axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
     if mirror:
         axes = axes @ _LEFT_HANDED[mirror]
-    row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
+    meaning.axes[:] = -axes if options.acts_on == "robot" else axes
     one, more = HYPOTHESIS_COSTS
     cost = one + more * (len(settings) - 1) + spread if settings else 0.0
     turned = options.sensor_rpy != stated.sensor_rpy and options.acts_on != stated.acts_on
-    return Hypothesis(options, tuple(settings), cost, row, mirror, bool(mirror) or turned)
+    return Hypothesis(options, tuple(settings), cost, meaning, mirror, bool(mirror) or turned)
 
 
 _WHY = {

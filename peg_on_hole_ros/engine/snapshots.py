@@ -18,7 +18,7 @@ from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.typed_record import Record, dtype_of
 
-_MOST = (
+_SNAPSHOTS = (
     REPROCESSING.recent_snapshots + REPROCESSING.most_wrenches // REPROCESSING.snapshot_stride + 64
 )
 _NO_SNAPSHOT = -1
@@ -77,9 +77,9 @@ def new_snapshots(wrenches: int, state: State) -> Snapshots:
     snapshots = Snapshots(
         places=np.zeros(1, dtype_of(SnapshotPlaces)),
         number=np.empty(wrenches, np.int64),
-        unused=np.empty(_MOST, np.int64),
-        beside=np.empty((_MOST, _FILTER - _BEGIN), np.int64),
-        estimates=room_for_estimates(_MOST, state),
+        unused=np.empty(_SNAPSHOTS, np.int64),
+        beside=np.empty((_SNAPSHOTS, _FILTER - _BEGIN), np.int64),
+        estimates=room_for_estimates(_SNAPSHOTS, state),
     )
     empty(snapshots)
     return snapshots
@@ -88,7 +88,7 @@ def new_snapshots(wrenches: int, state: State) -> Snapshots:
 def with_room(snapshots: Snapshots, state: State) -> Snapshots:
     """Return snapshots of another estimate, by its state; `empty` them."""
     return snapshots._replace(
-        beside=np.empty_like(snapshots.beside), estimates=room_for_estimates(_MOST, state)
+        beside=np.empty_like(snapshots.beside), estimates=room_for_estimates(_SNAPSHOTS, state)
     )
 
 
@@ -96,13 +96,13 @@ def empty(snapshots: Snapshots) -> None:
     """Forget all of them."""
     places = snapshots.places[0]
     places["appended"] = places["alert"] = places["bare"] = 0
-    snapshots.unused[:] = np.arange(_MOST)
-    places["unused"] = _MOST
+    snapshots.unused[:] = np.arange(_SNAPSHOTS)
+    places["unused"] = _SNAPSHOTS
 
 
 def in_use(snapshots: Snapshots) -> int:
     """Return how many there are."""
-    return _MOST - int(snapshots.places[0]["unused"])
+    return _SNAPSHOTS - int(snapshots.places[0]["unused"])
 
 
 @compiled

@@ -111,13 +111,8 @@ NOT_TUNED = {
     "monitor/output_row": {"NOT_JUDGED": "a name"},
     "monitor/trend": {"LARGEST": "bound of what squares are finite of"},
     "diagnosis/fence": {"_MOST": "characters of a text"},
-    "diagnosis/hypotheses": {"WIDTH": "columns", "_KN _N_MM _KN_M": "units"},
+    "diagnosis/hypotheses": {"_KN _N_MM _KN_M": "units"},
     "diagnosis/suspected/unobservable": {"_FRICTION _CLEARANCE _GAMMA _LEVER": "places"},
-    "diagnosis/window": {
-        "_T _WRENCH _Q _LOOKED _LEFT ROW": "columns",
-        "SCENE SENSOR PAYLOAD NOISE CARRIED LEVER BASE FRICTION": "places in the settings",
-        "_ALONE _WITH_RATES _TRIED _TRIED_WITH_RATES": "how far a row is looked at",
-    },
 }
 
 

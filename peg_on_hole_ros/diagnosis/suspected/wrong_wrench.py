@@ -7,13 +7,14 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
+from peg_on_hole_ros.diagnosis.hypotheses import Meaning, changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+from peg_on_hole_ros.typed_record import at, dtype_of
 
 
 class WrongWrench(Suspect):
@@ -57,7 +58,7 @@ class WrongWrench(Suspect):
         self._taken_off = np.array(stated.taken_off)
         self._stated = configuration.wrench
         self._all = hypotheses(configuration.wrench)
-        self._rows_of = np.array([each.row for each in self._all])
+        self._meanings = np.array([each.meaning for each in self._all], dtype_of(Meaning))
         self._costs = np.array([each.cost for each in self._all])
         all_said = [set(each.settings) for each in self._all]
         self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
@@ -66,8 +67,9 @@ class WrongWrench(Suspect):
         for each, rival in zip(self._all, self._rival):
             if each.mirrored:
                 rival &= ~self._left
-        self._settings = _settings(configuration)
-        self._known = self._settings[window.NOISE : window.CARRIED].copy()
+        self._cell = _cell(configuration)
+        self._noise = self._cell["noise"][0]
+        self._known = self._noise.copy()
         self.restart()
 
     def restart(self) -> None:
@@ -75,7 +77,7 @@ class WrongWrench(Suspect):
         self.doubtful = self._coarse = False
         self.finding: Finding | None = None
         self._is_new = False
-        self._rows, self._told = window.ring(len(self._all))
+        self._rows, self._balances = window.new_window(len(self._all))
         self._at, self._best = -1, 0
         self._steps = Steps(), Steps()
         self._last_ns = self._begun_ns = self._odd = self._seen = 0
@@ -106,15 +108,14 @@ class WrongWrench(Suspect):
         self._last_ns = t_ns
         self._at = (self._at + 1) % LOOK_WINDOW.kept
         row = self._rows[self._at]
-        row[0] = (t_ns - self._begun_ns) * 1e-9
-        row[1:7] = (*sample.force, *sample.torque)
-        row[1:7] -= self._taken_off
-        row[7:10] = measurement.q
+        row["t"] = (t_ns - self._begun_ns) * 1e-9
+        row["wrench"] = np.subtract((*sample.force, *sample.torque), self._taken_off)
+        row["q"] = measurement.q
         self._notice_steps(sample.force, 0)
         self._notice_steps(sample.torque, 1)
         judged = self._odd < WRONG_WRENCH_TEST.often or not self._at % WRONG_WRENCH_TEST.often
         surprising = window.take(
-            self._rows, self._told, self._at, self._rows_of, self._settings, judged
+            self._rows, self._balances, self._at, self._meanings, self._cell, judged
         )
         self._odd = self._odd + 1 if surprising else 0
         if not surprising:
@@ -129,26 +130,27 @@ class WrongWrench(Suspect):
         steps = self._steps[part]
         if steps.notice(values):
             noise = self._known[3 * part] + steps.variance
-            self._settings[window.NOISE + 3 * part : window.NOISE + 3 * part + 3] = noise
+            self._noise[3 * part : 3 * part + 3] = noise
         stated = self._stated.torque_stddev if part else self._stated.force_stddev
         self._coarse = self._coarse and part == 1 or steps.coarse(stated)
 
     def _judge(self):
-        told = self._told[window.tried(self._rows)]
-        n = len(told)
-        ahead = told[:, :, 0] - told[:, :1, 0]
+        tried, balances = window.tried(self._rows), self._balances
+        likelihood, left = balances["likelihood"][tried], balances["left"][tried]
+        n = len(likelihood)
+        ahead = likelihood - likelihood[:, :1]
         gains = ahead.sum(axis=0) * (min(n, WRONG_WRENCH_TEST.news) / n) - self._costs
         gains[0] = 0.0
         best = int(np.argmax(gains))
         self.doubtful = False
-        explained = (told[:, best, 1] < LOOK_WINDOW.fits).mean()
+        explained = (left[:, best] < LOOK_WINDOW.fits).mean()
         if (
             not best
             or explained < WRONG_WRENCH_TEST.explained
-            or told[:, 0, 1].mean() < LOOK_WINDOW.surprise
+            or left[:, 0].mean() < LOOK_WINDOW.surprise
         ):
             return
-        before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
+        before, after = (float(np.median(balances["unbalanced"][tried, i])) for i in (0, best))
         if after > min(WRONG_WRENCH_TEST.halved * before, self._balanced()):
             return
         self.doubtful = bool(gains[best] > WRONG_WRENCH_TEST.doubt)
@@ -172,11 +174,10 @@ class WrongWrench(Suspect):
 
     def _balanced(self):
         """Return to how much forces may balance where all is as it should be [N]."""
-        rows = self._rows[window.tried(self._rows)]
-        load = float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
+        forces = self._rows["wrench"][window.tried(self._rows), :3]
+        load = float(np.median(np.linalg.norm(forces, axis=1)))
         return (
-            WRONG_WRENCH_TEST.room * sqrt(3.0 * self._settings[window.NOISE])
-            + WRENCH_BALANCE.unexplained * load
+            WRONG_WRENCH_TEST.room * sqrt(3.0 * self._noise[0]) + WRENCH_BALANCE.unexplained * load
         )
 
     def _rounded(self) -> Finding | None:
@@ -201,8 +202,8 @@ def _noise_of(name):
     return f"{name}_stddev", f"bias_{name}_stddev"
 
 
-def _settings(configuration):
-    """Return what compiled code needs to know, see `window`."""
+def _cell(configuration):
+    """Return what compiled code needs to know, an array of one `window.Cell`, shape (1,)."""
     scene, wrench = configuration.scene, configuration.wrench
     sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
     friction = scene.friction
@@ -221,18 +222,15 @@ def _settings(configuration):
         + [WRONG_WRENCH_TEST.center_known * weight] * 3
     )
     known += np.square([wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3)
-    return np.array(
-        [
-            *scene_scalars(scene),
-            *sensor,
-            wrench.payload_mass,
-            *(R_PS @ np.array(wrench.payload_com)),
-            *known,
-            max(carried, 1e-3) ** 2,
-            max(float(np.linalg.norm(sensor)), scene.peg_height),
-            *rotation_from_rpy(configuration.joints.hole_rpy).T.ravel(),
-            *np.maximum(np.concatenate([likely, others]), 0.0),
-            configuration.monitor.rest_rate * scene.hole_diameter,
-            configuration.joints.position_stddev,
-        ]
-    )
+    memory = np.zeros(1, dtype_of(window.Cell))
+    cell = at(window.Cell, memory)
+    cell.scene[:], cell.sensor[:] = scene_scalars(scene), sensor
+    cell.payload_mass = wrench.payload_mass
+    cell.payload_center[:] = R_PS @ np.array(wrench.payload_com)
+    cell.noise[:], cell.carried = known, max(carried, 1e-3) ** 2
+    cell.lever = max(float(np.linalg.norm(sensor)), scene.peg_height)
+    cell.base_axes[:] = rotation_from_rpy(configuration.joints.hole_rpy).T
+    cell.frictions[:] = np.maximum(np.concatenate([likely, others]), 0.0)
+    cell.slowest = configuration.monitor.rest_rate * scene.hole_diameter
+    cell.angle_stddev = configuration.joints.position_stddev
+    return memory
