@@ -83,7 +83,7 @@ def columns(stream, *outputs: Outputs) -> OutputColumns:
     for i, each in enumerate(outputs):
         values[i] = each.row
     rows = Rows(np.array([each.t_ns for each in outputs], np.int64), values)
-    return OutputColumns(rows, stream.said(rows))
+    return OutputColumns(rows, stream.beside(rows))
 
 
 def messages(stream, outputs: Outputs):

@@ -99,7 +99,7 @@ class Alarms(Declared):
             self.memory.alarms, states.Mode(MODES.index(mode)), self.settings, t,
             dangers_of(risk), record_of(evidence.Shown, shown), np.array(normal),
         )  # fmt: skip
-        return alarms_of(self.memory.alarms.said)
+        return alarms_of(self.memory.alarms.published)
 
 
 class Level(Declared):

@@ -43,7 +43,7 @@ def others() -> Rows:
 
 def suspected(adopted: bool) -> Rows:
     """Return rows of what is found of suspected settings, and used in place of what is stated."""
-    return [row for each in SUSPECTED if adopted == each.ADOPTS for row in each.TELLS]
+    return [row for each in SUSPECTED if adopted == each.ADOPTS for row in each.FINDS]
 
 
 # By page: the tables, by the mark that each stands behind.

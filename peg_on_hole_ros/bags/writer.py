@@ -143,7 +143,7 @@ class BagWriter:
             payloads = encode.many(topic.message, columns.t_ns, topic.numbers)
             encoded.append(Column(channel, payloads))
         first = 0
-        for i, messages in [*columns.said, (len(columns) - 1, [])]:
+        for i, messages in [*columns.beside, (len(columns) - 1, [])]:
             places = slice(first, i + 1)
             if first <= i:
                 rows = [Column(channel, payloads[places]) for channel, payloads in encoded]

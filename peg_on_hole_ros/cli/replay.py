@@ -228,7 +228,7 @@ class _Tries:
         self.records += map(json.loads, told)
 
     def take(self, columns):
-        for i, messages in columns.said:
+        for i, messages in columns.beside:
             self.add(int(columns.t_ns[i]), messages)
 
 

@@ -22,7 +22,7 @@ LOG_TWO_PI = log(2.0 * pi)
 
 class Model(Record):
     """
-    What the likelihood of any wrench takes, of one model.
+    What the likelihood of any wrench needs, of one model.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def contact_columns(
     q, rates : ndarray, shape (3,)
         [rad], [rad/s].
     slowest : float
-        Below it a slip has no direction that the rates tell [m/s].
+        Below it the rates determine no direction of a slip [m/s].
     friction : float
     columns : ndarray, shape (6, 3)
         Filled.
@@ -146,7 +146,7 @@ def _to_peg(h, e, z, s, c, sp, cp, out):
 @compiled
 def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: Model) -> None:
     """
-    Fill in what the likelihood of any wrench takes, of one model.
+    Fill in what the likelihood of any wrench needs, of one model.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ class Due:
         self.ns = self._seen = self._last_ns = 0
 
     def take(self, t_ns: int) -> None:
-        """Take the stamp of a wrench that is looked at [ns]; one that falls begins anew."""
+        """Process the stamp of a wrench that is looked at [ns]; one that falls begins anew."""
         if not self._last_ns < t_ns:
             self.restart()
         self._seen += 1

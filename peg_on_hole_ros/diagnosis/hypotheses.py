@@ -1,4 +1,4 @@
-"""What else a wrench may mean than what is stated, each as the settings that would say so."""
+"""What else a wrench may mean than what is stated, each as the settings that state it."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -61,16 +61,16 @@ class Hypothesis(NamedTuple):
     Attributes
     ----------
     options : WrenchInput
-        That say so, but for units and left-handed axes, which have no setting.
+        That state it, but for units and left-handed axes, which have no setting.
     settings : tuple of str
         In which they differ from the stated ones, as `name: value`, or the units, or the axes.
     cost : float
         Before anything is measured [nats].
     meaning : Meaning
     mirrored : str
-        How its axes are left-handed, where that is what it says; else empty.
+        How its axes are left-handed, where that is what it means; else empty.
     left_handed : bool
-        Whether its axes are, said in whatever way.
+        Whether its axes are, in whatever way it is stated.
 
     """
 
@@ -101,11 +101,11 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
     for name, compensated in product(_LEFT_HANDED, (False, True)):
         found.append(_hypothesis(stated, _meant(stated, robot, compensated), mirror=name))
     first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
-    told: dict[tuple[float, ...], Hypothesis] = {}
+    distinct: dict[tuple[float, ...], Hypothesis] = {}
     for hypothesis in sorted(first.values(), key=lambda hypothesis: hypothesis.cost):
-        # A mirrored axis is a turn with the other sign: the cheaper of the two says it.
-        told.setdefault(_rounded(hypothesis.meaning), hypothesis)
-    return list(told.values())
+        # A mirrored axis is a turn with the other sign: the cheaper of the two stands for it.
+        distinct.setdefault(_rounded(hypothesis.meaning), hypothesis)
+    return list(distinct.values())
 
 
 def _rounded(meaning):
@@ -169,7 +169,7 @@ _WHY = {
 }
 
 
-def said(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
+def describe(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
     """
     Return in a line what is wrong.
 

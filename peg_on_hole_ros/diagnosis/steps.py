@@ -28,7 +28,7 @@ class Steps:
         return ROUNDING_STEPS.sizes[self._at]
 
     def notice(self, values: Sequence[float]) -> bool:
-        """Take values; return whether the step is another one by them, or these are the first."""
+        """Process values; return whether the step changes by them, or they are the first."""
         before, first = self._at, self._first is None
         if first:
             self._first = tuple(values)

@@ -12,7 +12,7 @@ class LookTimes(NamedTuple):
     period_ns : int
         Time between two of them [ns].
     first_ns : int
-        Time between two of the first: before a contact is told [ns].
+        Time between two of the first: before a contact is detected [ns].
     first : int
         How many those are [wrenches].
 
@@ -76,7 +76,7 @@ class LookWindow(NamedTuple):
     kept : int
         Wrenches that are kept [wrenches]: those of one second.
     side : int
-        Neighbours on each side that tell the rates of one [wrenches].
+        Neighbours on each side that determine the rates of one [wrenches].
     fits : float
         Squares of what is left, of six components, below which a wrench fits [-]: a chi-squared
         variable of 6 degrees of freedom is above it once in 160.
@@ -124,14 +124,14 @@ class WrongWrenchTest(NamedTuple):
     Attributes
     ----------
     news : int
-        Wrenches of one second tell one another's news: together they count as so many
+        Wrenches of one second have their news in common: together they count as so many
         [wrenches].
     doubt : float
         A hypothesis is likelier than what is stated by so much, for doubt [nats].
     sure : float
-        And to be told [nats].
+        And to be reported [nats].
     apart : float
-        And likelier than others, to be told from them [nats].
+        And likelier than others, to be distinguished from them [nats].
     enough : int
         Wrenches that have to be looked at [wrenches].
     explained : float
@@ -202,7 +202,7 @@ class DelayTrial(NamedTuple):
     Attributes
     ----------
     kept : int
-        Looks that are held against one another [looks].
+        Looks that are compared with one another [looks].
     silence_ns : int
         Time from one to the next at most [ns].
     means : int
@@ -222,7 +222,7 @@ class DelayTrial(NamedTuple):
     apart : float
         And than any other setting [nats].
     least : float
-        The least that is told [s].
+        The least that is reported [s].
     unexplained : float
         Share of a load that friction and levers leave unexplained [-].
     nearest_tilt : float
@@ -257,7 +257,7 @@ class DelayTrial(NamedTuple):
 
 class FreeAirTest(NamedTuple):
     """
-    What the wrench of a peg in the air tells of weight, zero and axes.
+    What the wrench of a peg in the air shows of weight, zero and axes.
 
     Attributes
     ----------
@@ -306,7 +306,7 @@ class LowPassTest(NamedTuple):
         Wrenches that are looked at together; the quietest of all such stretches counts
         [wrenches].
     enough : int
-        Of fewer stretches nothing is told [stretches].
+        Of fewer stretches nothing is reported [stretches].
     apart : int
         Wrenches so many behind one another are apart [wrenches].
     alike : float
@@ -325,7 +325,7 @@ class LowPassTest(NamedTuple):
 
 class RimMotionTest(NamedTuple):
     """
-    What the path of a peg on the rim tells of hole and clearance.
+    What the path of a peg on the rim shows of hole and clearance.
 
     Attributes
     ----------
@@ -346,7 +346,7 @@ class RimMotionTest(NamedTuple):
     apart : float
         And this share of what any other leaves [-].
     least_lean : float
-        A hole that leans by less is told by no motion [rad].
+        A hole that leans by less is detected by no motion [rad].
     most_lean : float
         Nor does one that leans by more fit [rad].
     least_larger : float
@@ -383,7 +383,7 @@ class UnobservableTest(NamedTuple):
     Attributes
     ----------
     period_ns : int
-        Between two looks [ns]: wrenches between tell one another's news.
+        Between two looks [ns]: wrenches between have their news in common.
     refuted : float
         The stated friction has to be refuted by so much [nats].
     looks : int

@@ -10,7 +10,7 @@ NOTHING = "nothing"
 
 class Expected:
     """
-    Takes `contact_loss` off while an announced motion is under way, and for a while behind it.
+    Withholds `contact_loss` while an announced motion is under way, and for a while behind it.
 
     Attributes
     ----------

@@ -130,7 +130,7 @@ def take_back(order: Order) -> None:
 
 @compiled
 def fate_of_wrench(o: Order, ring: Ring, t_ns: int) -> Fate:
-    """Decide what becomes of a wrench of a stamp [ns], and take note of it."""
+    """Decide what becomes of a wrench of a stamp [ns], and record it."""
     fate = _of_wrench(o, ring, ring.places[0], t_ns)
     _note_wrench(o, fate, t_ns)
     return fate
@@ -138,7 +138,7 @@ def fate_of_wrench(o: Order, ring: Ring, t_ns: int) -> Fate:
 
 @compiled
 def fate_of_joints(o: Order, ring: Ring, t_ns: int) -> Fate:
-    """Decide what becomes of an orientation of a stamp [ns], and take note of it."""
+    """Decide what becomes of an orientation of a stamp [ns], and record it."""
     fate = _of_joints(o, ring, ring.places[0], t_ns)
     _note_joints(o, ring.places[0], fate, t_ns)
     return fate

@@ -12,7 +12,15 @@ from peg_on_hole_ros.engine import arrival_order, ring
 from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
-from peg_on_hole_ros.engine.push import Given, Memory, Stop, Taking, catch_up, push, room_for
+from peg_on_hole_ros.engine.push import (
+    BatchProgress,
+    Given,
+    Memory,
+    Stop,
+    catch_up,
+    push,
+    room_for,
+)
 from peg_on_hole_ros.engine.snapshots import in_use
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
@@ -30,7 +38,7 @@ _BY_HAND = Stop.START, Stop.CORRECT, Stop.WRENCH
 
 class Engine:
     """
-    Takes messages as they arrive, whatever their order; holds them against the settings.
+    Processes messages as they arrive, whatever their order; tests the settings by them.
 
     Joint states wait until the wrench of their stamp is there, so that every prediction runs
     under a wrench that was measured at its end. A late message is put in its place, and all since
@@ -51,7 +59,7 @@ class Engine:
     ----------
     processor : Processor
     findings : Findings
-    told : Outputs or None
+    latest : Outputs or None
         Of the last wrench, where that gave some.
 
     """
@@ -68,8 +76,8 @@ class Engine:
         self.findings = Findings(configuration, self.processor.reduction, counts, offline)
         self._order = arrival_order.new_order(configuration)
         self._ring = ring.new_ring(self.processor.filter.state)
-        self._taking = np.zeros(1, dtype_of(Taking))
-        self.told: Outputs | None = None
+        self._batch = np.zeros(1, dtype_of(BatchProgress))
+        self.latest: Outputs | None = None
         self._flag = False
 
     @property
@@ -81,11 +89,11 @@ class Engine:
     def counts(self) -> Counter[str]:
         """What became of messages by their order, and how often the estimate went back."""
         found: Counter[str] = Counter()
-        fates = self._taking[0]["fates"].tolist()
+        fates = self._batch[0]["fates"].tolist()
         for fate, name in COUNTED.items():
             found[name] += fates[fate]
         r = self._ring.places[0]
-        # A clock that jumped takes a message with it, where the wrench was the one to tell.
+        # If a wrench has shown that the clock jumped, it is dropped.
         found["wrench_dropped_late"] += fates[Fate.WRENCH_RESTARTS]
         found["went_back"], found["wrench_reprocessed"] = (
             int(r["went_back"]),
@@ -103,7 +111,7 @@ class Engine:
     @property
     def taken(self) -> int:
         """How many wrenches came in order in the last `push`."""
-        return int(self._taking[0]["taken"])
+        return int(self._batch[0]["taken"])
 
     @property
     def kept(self) -> tuple[int, int]:
@@ -127,7 +135,7 @@ class Engine:
         self, arrivals: Arrivals, begin: int = 0, most: int = REPROCESSING.most_messages
     ) -> tuple[int, Rows]:
         """
-        Take messages from a place on, so many of them at once.
+        Process messages from an index on, so many of them at once.
 
         What is given has stamps that rise: one of before the newest is taken by itself.
 
@@ -146,7 +154,7 @@ class Engine:
             What they give.
 
         """
-        taking = self._taking[0]
+        batch = self._batch[0]
         end = begin + REPROCESSING.most_messages
         if end < len(arrivals.t_ns):
             arrivals = arrivals._replace(
@@ -154,36 +162,36 @@ class Engine:
             )
         before = np.count_nonzero(arrivals.of_wrench[:begin]) if begin else 0
         given = room_for(int(np.count_nonzero(arrivals.of_wrench)) - int(before))
-        taking["begin"] = begin
-        taking["place"], taking["wrench"] = begin, before
-        taking["rows"] = taking["taken"] = 0
-        taking["most"] = most
+        batch["begin"] = begin
+        batch["place"], batch["wrench"] = begin, before
+        batch["rows"] = batch["taken"] = 0
+        batch["most"] = most
         seen, stop = (0, 0), Stop.LOOK
         while stop not in _ENDS:
-            taking["by_hand"] = not self.processor.in_one_piece
-            taking["due_ns"], taking["due_until_ns"] = self.findings.due
-            stop = Stop(push(self._memory, self._taking, arrivals, given))
+            batch["by_hand"] = not self.processor.in_one_piece
+            batch["due_ns"], batch["due_until_ns"] = self.findings.due
+            stop = Stop(push(self._memory, self._batch, arrivals, given))
             if stop not in _BY_HAND:
                 seen = self._note(arrivals, given, *seen)
             self._do(stop, arrivals, given)
-        some = slice(int(taking["rows"]))
-        return int(taking["place"]), Rows(given.t_ns[some], given.rows[some])
+        some = slice(int(batch["rows"]))
+        return int(batch["place"]), Rows(given.t_ns[some], given.rows[some])
 
     def _note(self, arrivals: Arrivals, given: Given, taken: int, rows: int) -> tuple[int, int]:
         """Hand on what came since so many wrenches and rows; return how many there are now."""
-        now = int(self._taking[0]["taken"]), int(self._taking[0]["rows"])
+        now = int(self._batch[0]["taken"]), int(self._batch[0]["rows"])
         if now[0] > taken:
             t_ns, which = given.taken_ns[taken : now[0]], given.taken[taken : now[0]]
             self.findings.pass_by(t_ns, arrivals.wrenches[which])
         if now[1] > rows:
             some = slice(rows, now[1])
-            self._tell(Rows(given.t_ns[some], given.rows[some]))
-        if not self._taking[0]["newest_told"]:
-            self.told = None
+            self._note_rows(Rows(given.t_ns[some], given.rows[some]))
+        if not self._batch[0]["newest_has_row"]:
+            self.latest = None
         return now
 
-    def _tell(self, rows):
-        """Take note of rows that are told, of which nothing sure may be left."""
+    def _note_rows(self, rows):
+        """Record rows; while a setting is in doubt, what rests on it is withheld."""
         if self.findings.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
@@ -192,51 +200,51 @@ class Engine:
         if costs is not None:
             rests = rows.values["contact_mode"] == Mode.THREE_POINT
             rows.values["doubt"] = np.where(rests[:, None], costs, np.nan)
-        self.told = Outputs(int(rows.t_ns[-1]), rows.values[-1])
-        self._flag = self.told.transition
+        self.latest = Outputs(int(rows.t_ns[-1]), rows.values[-1])
+        self._flag = self.latest.transition
 
     def _do(self, stop: Stop, arrivals: Arrivals, given: Given) -> None:
         """Do what has to be done before messages are taken any further."""
-        taking, processor = self._taking[0], self.processor
-        place, wrench = int(taking["place"]), int(taking["wrench"])
+        batch, processor = self._batch[0], self.processor
+        place, wrench = int(batch["place"]), int(batch["wrench"])
         if stop == Stop.LOOK:
             sample = WrenchSample.of_row(arrivals.t_ns[place], arrivals.wrenches[wrench])
             if self._look(sample):
                 # What came before cannot be processed again by another setting.
-                ring.empty(self._ring, int(taking["from_ns"]))
-                self._order[0]["leap_ns"], taking["fate"] = NO_STAMP, Fate.TAKEN
+                ring.empty(self._ring, int(batch["from_ns"]))
+                self._order[0]["leap_ns"], batch["fate"] = NO_STAMP, Fate.TAKEN
         elif stop == Stop.RESTART:
             self.restart()
-            # A wrench that tells of a jump is dropped; an orientation is one to start from.
-            taking["place"] += arrivals.of_wrench[place]
-            taking["wrench"] += arrivals.of_wrench[place]
+            # A wrench that shows a jump is dropped; an orientation is one to start from.
+            batch["place"] += arrivals.of_wrench[place]
+            batch["wrench"] += arrivals.of_wrench[place]
         elif stop in (Stop.START, Stop.CORRECT):
             t_ns, row = int(arrivals.t_ns[place]), arrivals.orientations[place - wrench]
             if stop == Stop.START:
                 processor.start(AngleMeasurement.of_row(t_ns, row))
             else:
-                processor.correct(t_ns, row, float(taking["lateness"]))
+                processor.correct(t_ns, row, float(batch["lateness"]))
         elif stop == Stop.WRENCH:
             self._take_by_hand(given)
 
     def _take_by_hand(self, given):
-        taking, unit = self._taking[0], ring.unit_of(self._ring, int(self._taking[0]["unit"]))
-        row = given.rows[int(taking["rows"])]
-        taking["told"] = self.processor.take_wrench(unit, row)
+        batch, unit = self._batch[0], ring.unit_of(self._ring, int(self._batch[0]["unit"]))
+        row = given.rows[int(batch["rows"])]
+        batch["has_row"] = self.processor.take_wrench(unit, row)
 
     def _look(self, sample: WrenchSample) -> bool:
-        """Hold a wrench against the settings; return whether others are used from here on."""
+        """Test the settings by a wrench; return whether others are used from here on."""
         measured = self.measured
         if measured is None or self.processor.is_saturated:
             return False
-        told = self.told
+        latest = self.latest
         still = self.processor.wrench_stands_still
-        if told is not None and told.row["contact_mode"] == Mode.THREE_POINT:
-            known = told.row["reactions_determined"] == 1.0
+        if latest is not None and latest.row["contact_mode"] == Mode.THREE_POINT:
+            known = latest.row["reactions_determined"] == 1.0
             self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
             self.findings.lift()
-        in_air = None if told is None else bool(told.row["contact_mode"] == Mode.OPEN)
+        in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
         if not self.findings.take(Moment(sample, measured, still, in_air)):
             return False
         self._use_found()
@@ -257,7 +265,7 @@ class Engine:
         self.findings.look(self.configuration, reduction, reduction.taken_off)
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
-        """Take another pose of the sensor, before the first wrench [m], [rad]."""
+        """Use another pose of the sensor, before the first wrench [m], [rad]."""
         self.findings.mount(xyz, rpy)
         self._use_found()
         ring.empty(self._ring, int(self._ring.places[0]["kept_from_ns"]))
@@ -272,11 +280,11 @@ class Engine:
         self._counts["joints_dropped_restart"] += int(r["late_joints"]) + waiting
         ring.restart(self._ring)
         arrival_order.restart(self._order[0])
-        self.told = None
+        self.latest = None
         self.findings.restart()
 
     def reset(self) -> None:
-        """Restart, and forget what was learnt; no stamp is told of twice."""
+        """Restart, and forget what was learnt; no stamp is published twice."""
         last_ns = int(self._order[0]["last_wrench_ns"])
         self.restart()
         self._order[0]["last_wrench_ns"] = last_ns
@@ -292,7 +300,7 @@ class Engine:
         return taken
 
     def retune(self, configuration: Configuration) -> None:
-        """Take other settings from here on, of those that a node takes while it is active."""
+        """Use other settings from here on, of those that may change while a node is active."""
         self._forget_past()
         restated = self.findings.restate(configuration.wrench)
         self.configuration = self.findings.as_found(configuration)
@@ -302,15 +310,15 @@ class Engine:
             self.findings.look(self.configuration, reduction, reduction.taken_off)
 
     def describe(self, joints: JointInput) -> None:
-        """Take what the robot's description makes known."""
+        """Use what the robot's description makes known."""
         self.configuration = replace(self.configuration, joints=joints)
 
     def _forget_past(self):
-        """Take all that has come by the present settings; it cannot be gone back to by others."""
+        """Process all that has come by the present settings; others cannot go back to it."""
         given = room_for(1)
-        self._taking[0]["rows"] = 0
-        self._taking[0]["by_hand"] = not self.processor.in_one_piece
-        while catch_up(self._memory, self._taking, given) == Stop.WRENCH:
+        self._batch[0]["rows"] = 0
+        self._batch[0]["by_hand"] = not self.processor.in_one_piece
+        while catch_up(self._memory, self._batch, given) == Stop.WRENCH:
             self._take_by_hand(given)
         order = self._order[0]
         order["leap_ns"] = NO_STAMP

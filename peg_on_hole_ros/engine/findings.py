@@ -1,4 +1,4 @@
-"""What the data tell of the settings as they come: findings, and what is used in their place."""
+"""What the data show of the settings as they come: findings, and what is used in their place."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -85,7 +85,7 @@ class Findings:
         return [look for member, look in self._looks.items() if has_part(member, part)]
 
     def restart(self) -> None:
-        """Forget what a motion has told so far."""
+        """Forget what a motion has shown so far."""
         self._due.restart()
         for look in self._looks.values():
             look(lambda it: it.restart(), None)
@@ -101,11 +101,11 @@ class Findings:
         self._found = [found for found in self._found if not any(found is each for each in zero)]
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
-        """Take note of another pose of the sensor [m], [rad]."""
+        """Record another pose of the sensor [m], [rad]."""
         self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
 
     def restate(self, wrench: WrenchInput) -> bool:
-        """Let noise that is stated anew take the place of what was found; return whether it is."""
+        """Replace what was found by noise that is stated anew; return whether it is."""
         before, self._stated = self._stated, wrench
         changed = [name for name in _NOISE if getattr(wrench, name) != getattr(before, name)]
         for name in changed:
@@ -119,7 +119,7 @@ class Findings:
 
     @property
     def unsure(self) -> bool:
-        """Whether nothing sure may be told."""
+        """Whether what rests on the wrench is withheld."""
         return any(map(_is_unsure, self._with["unsure"]))
 
     @property
@@ -147,22 +147,22 @@ class Findings:
         return bool(finding.found) and self._adopted.items() >= finding.found.items()
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take any wrenches in their order: stamps [ns], force and torque (n, 6)."""
+        """Process any wrenches in their order: stamps [ns], force and torque (n, 6)."""
         for look in self._with["pass_by"]:
             look(lambda it: it.pass_by(t_ns, wrenches), None)
 
     def count(self, wrenches: int) -> None:
-        """Take note of so many wrenches whose estimate was given."""
+        """Count so many wrenches whose estimate was given."""
         for look in self._with["count"]:
             look(lambda it: it.count(wrenches), None)
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
-        """Take the estimate at a stamp [ns] on three contacts, and whether it is determined."""
+        """Process the estimate at a stamp [ns] on three contacts, and whether it is determined."""
         for look in self._with["take_estimate"]:
             look(lambda it: it.take_estimate(t_ns, peg, determined), None)
 
     def lift(self) -> None:
-        """Take note that the peg is not on three contacts."""
+        """Record that the peg is not on three contacts."""
         for look in self._with["lift"]:
             look(lambda it: it.lift(), None)
 

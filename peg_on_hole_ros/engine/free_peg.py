@@ -1,4 +1,4 @@
-"""Whether a peg hangs free and still, as a tare needs it, by what was told of it last."""
+"""Whether a peg hangs free and still, as a tare needs it, by its last outputs."""
 
 from collections.abc import Sequence
 from math import cos, hypot, sqrt
@@ -17,7 +17,7 @@ from peg_on_hole_ros.records import WrenchSample
 
 
 def not_free(
-    told: Outputs | None,
+    outputs: Outputs | None,
     samples: Sequence[WrenchSample],
     processor: Processor,
     unsure: bool,
@@ -31,7 +31,7 @@ def not_free(
 
     Parameters
     ----------
-    told : Outputs or None
+    outputs : Outputs or None
         The last; None: there is none.
     samples : sequence of WrenchSample
         The latest, from `TARE.least_ns` on.
@@ -44,16 +44,16 @@ def not_free(
         contact: it rests on the payload that is stated.
 
     """
-    if told is None:
+    if outputs is None:
         return "nothing is known of the peg at the last wrench"
-    mode = told.contact_mode
+    mode = outputs.contact_mode
     if mode in TOUCHING and not payload_unknown:
         return f"the peg touches, contact mode {mode}"
-    moves = turns(told, processor.configuration)
+    moves = turns(outputs, processor.configuration)
     if moves:
         return moves
-    lacking = _not_still(told, processor)
-    open_ns = told.t_ns - processor.open_since * 1e9
+    lacking = _not_still(outputs, processor)
+    open_ns = outputs.t_ns - processor.open_since * 1e9
     if not lacking and mode == FREE and open_ns >= TARE.least_ns:
         return ""
     if unsure and not payload_unknown:
@@ -67,11 +67,11 @@ def not_free(
     return f"nothing shows a peg that is free and still: contact mode {mode}, and {lacking}"
 
 
-def _not_still(told, processor):
+def _not_still(outputs, processor):
     """Return why nothing shows that the peg is still, or nothing."""
     if processor.is_blind:
         return "joint states do not show how it hangs: they have a gap, or stand still"
-    spread = rates_stddev(told)
+    spread = rates_stddev(outputs)
     if not spread < TARE.most_rates_stddev:
         return (
             f"too few joint states show that it is still: it may turn at {spread:.2g} rad/s, "
@@ -135,55 +135,55 @@ def _without_payload(off, processor):
     gravity = processor.gravity_in_sensor
     mass = -off[:, :3] @ gravity / (gravity @ gravity)
     mass = np.maximum(mass, -processor.configuration.wrench.payload_mass)
-    # Where its mass centre is nobody knows, so the torque is anything.
+    # Its mass centre is not known, so the torque may be anything.
     return np.hstack([off[:, :3] + mass[:, None] * gravity, np.zeros((len(off), 3))])
 
 
-def turns(told: Outputs, configuration: Configuration) -> str:
-    """Return what says that the peg turns, or nothing."""
-    speed, stddev = turning(told)
+def turns(outputs: Outputs, configuration: Configuration) -> str:
+    """Return what shows that the peg turns, or nothing."""
+    speed, stddev = turning(outputs)
     if speed - TARE.significance * stddev > configuration.monitor.rest_rate:
-        return f"the peg turns at {speed:.3g} rad/s, contact mode {told.contact_mode}"
+        return f"the peg turns at {speed:.3g} rad/s, contact mode {outputs.contact_mode}"
     return ""
 
 
-def turning(told: Outputs) -> tuple[float, float]:
+def turning(outputs: Outputs) -> tuple[float, float]:
     """Return how fast the peg turns about any axis, and the standard deviation of that [rad/s]."""
-    rates, metric = told.state[3:], _metric(told)
+    rates, metric = outputs.state[3:], _metric(outputs)
     slope = metric @ rates
     speed = sqrt(max(float(rates @ slope), 0.0))
     if not speed:
         return 0.0, 0.0
-    variance = float(slope @ told.state_covariance[3:, 3:] @ slope) / speed**2
+    variance = float(slope @ outputs.state_covariance[3:, 3:] @ slope) / speed**2
     return speed, sqrt(max(variance, 0.0))
 
 
-def rates_stddev(told: Outputs) -> float:
+def rates_stddev(outputs: Outputs) -> float:
     """Return how well it is known how fast the peg turns, root mean square [rad/s]."""
-    return sqrt(max(float(np.trace(_metric(told) @ told.state_covariance[3:, 3:])), 0.0))
+    return sqrt(max(float(np.trace(_metric(outputs) @ outputs.state_covariance[3:, 3:])), 0.0))
 
 
-def _metric(told):
+def _metric(outputs):
     """Return what makes squares of angular velocities of rates: two axes are gamma apart."""
-    apart = cos(told.state.item(0))
+    apart = cos(outputs.state.item(0))
     return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, apart], [0.0, apart, 1.0]])
 
 
 class FreeFor:
     """
-    Whether a peg has surely hung free and still for long, told once each time it comes to do so.
+    Whether a peg has hung free and still for long, reported once each time that it does.
 
     Parameters
     ----------
     configuration : Configuration
-        Where `wrench.tare_automatically` is false it is never told.
+        Where `wrench.tare_automatically` is false it is never reported.
 
     """
 
     def __init__(self, configuration: Configuration) -> None:
         self._configuration = configuration
         self._since_ns: int | None = None
-        self._told = False
+        self._reported = False
 
     @property
     def asked(self) -> bool:
@@ -191,16 +191,16 @@ class FreeFor:
         return self._configuration.wrench.tare_automatically
 
     def long(self, outputs: Outputs | None) -> bool:
-        """Take what was told of a wrench; return whether the peg now is free for long enough."""
+        """Process the outputs of a wrench; return whether the peg now is free for long enough."""
         if not self.asked:
             return False
         free = outputs is not None and outputs.contact_mode == FREE
         if not free or turns(outputs, self._configuration):
-            self._since_ns, self._told = None, False
+            self._since_ns, self._reported = None, False
             return False
         if self._since_ns is None or outputs.t_ns < self._since_ns:
             self._since_ns = outputs.t_ns
-        if self._told or outputs.t_ns - self._since_ns < TARE.free_ns:
+        if self._reported or outputs.t_ns - self._since_ns < TARE.free_ns:
             return False
-        self._told = True
+        self._reported = True
         return True

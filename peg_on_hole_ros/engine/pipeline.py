@@ -128,31 +128,31 @@ class Pipeline:
         return self._requests.tare()
 
     def refuse_tare(self, reason: str) -> Answer:
-        """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
+        """Refuse a tare, and count that; stamps do not show how long ago the last wrench came."""
         return self._requests.refuse_tare(reason)
 
     def expect(self, what: str) -> Answer:
-        """Take what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
+        """Process what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
         return self._requests.expect(what)
 
     def take_pose(self) -> Answer:
-        """Take the present pose as that of a free and still peg; say what all such poses tell."""
+        """Use the present pose as that of a free and still peg; return what all such show."""
         return self._requests.take_pose()
 
     def describe(self, joints: JointInput, orientation: JointOrientation) -> None:
-        """Take what the robot's description makes known, before which no joint state is used."""
+        """Use what the robot's description makes known, before which no joint state is used."""
         self._engine.describe(joints)
         self.orientation = orientation
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
-        """Take another pose of the sensor, before the first wrench [m], [rad]."""
+        """Use another pose of the sensor, before the first wrench [m], [rad]."""
         self._engine.mount(xyz, rpy)
 
     def retune(
         self, configuration: Configuration, orientation: JointOrientation | None = None
     ) -> None:
         """
-        Take other settings from here on, of those that a node takes while it is active.
+        Use other settings from here on, of those that may change while a node is active.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class Pipeline:
         self._arrival_counts["settings_changed"] += 1
 
     def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
-        """Take a sample of either kind, see `on_wrench` and `on_joints`."""
+        """Process a sample of either kind, see `on_wrench` and `on_joints`."""
         if isinstance(sample, WrenchSample):
             return self.on_wrench(sample)
         self.on_joints(sample)
@@ -181,19 +181,19 @@ class Pipeline:
                 yield outputs
 
     def on_joints(self, sample: JointSample) -> None:
-        """Take a joint state; it corrects the estimate, and gives no output of its own."""
+        """Process a joint state; it corrects the estimate, and gives no output of its own."""
         measurement = self.orientation(sample)
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
         t_ns = np.array([measurement.t_ns - self._delay_ns], np.int64)
         one = Arrivals(_NOT, t_ns, _SOUND, _NO_WRENCH, measurement.row.reshape(1, -1))
-        # One that tells of a clock that jumped is taken once more, to begin with.
+        # One that shows that the clock has jumped is taken once more, to begin with.
         while not self.push(one)[0]:
             pass
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
-        """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
+        """Process a wrench; return the outputs at its stamp, None if it gives none (counted)."""
         rows = self.take_wrench(sample)
         if not len(rows.t_ns):
             return None
@@ -209,7 +209,7 @@ class Pipeline:
         return self._requests.expecting
 
     def take_wrench(self, sample: WrenchSample) -> Rows:
-        """Take a wrench; return the row at its stamp, or none if it gives none (counted)."""
+        """Process a wrench; return the row at its stamp, or none if it gives none (counted)."""
         fault = wrench_fault(sample)
         if fault:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
@@ -220,7 +220,7 @@ class Pipeline:
 
     def push(self, arrivals: Arrivals, begin: int = 0) -> tuple[int, Rows]:
         """
-        Take messages in the order in which they arrived, one or thousands.
+        Process messages in the order in which they arrived, one or thousands.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What one wrench and its orientations make of the estimate, and what is told of it."""
+"""How one wrench and its orientations change the estimate, and what is reported of it."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ class Processor:
         The same memory.
     rules_memory : ndarray of Rules, shape (1,)
     in_one_piece : bool
-        Whether compiled code takes wrenches; otherwise `take_wrench` and `correct` do.
+        Whether compiled code processes wrenches; otherwise `take_wrench` and `correct` do.
 
     """
 
@@ -110,11 +110,11 @@ class Processor:
 
     @property
     def counts(self) -> Counter[str]:
-        """What happened, by name; `restore` takes it back."""
+        """What happened, by name; `restore` undoes it."""
         return Counter({name: getattr(self.engine.counts, name).item() for name in COUNTS})
 
     def restart(self) -> None:
-        """Let go of the motion; what was learnt stays, and what was counted."""
+        """Forget the motion; what was learnt stays, and what was counted."""
         self.filter.end_motion()
         steps.restart(self.engine, self.rules)
 
@@ -124,7 +124,7 @@ class Processor:
         begin_memory(self.engine.memory)
 
     def retune(self, configuration: Configuration) -> None:
-        """Take other gates, noise and thresholds; estimate, mode, flag and alarms stay."""
+        """Use other gates, noise and thresholds; estimate, mode, flag and alarms stay."""
         before, self.configuration = self.configuration, configuration
         self.filter.options = configuration.filter
         if noise_of(configuration.wrench) != noise_of(before.wrench):
@@ -172,7 +172,7 @@ class Processor:
 
     @property
     def is_blind(self) -> bool:
-        """Whether no orientation has come for long, or none that tells anything."""
+        """Whether no orientation has come for long, or none that is news."""
         return bool(self.engine.progress.blind)
 
     @property
@@ -183,22 +183,22 @@ class Processor:
     @property
     def health(self) -> dict[str, float]:
         """State of the filter after the last wrench, for diagnostics."""
-        told = self.engine.innovations
-        found = {"nis_median": float(told.median)}
+        seen = self.engine.innovations
+        found = {"nis_median": float(seen.median)}
         if self.rules.white:
-            found["nis_drift"] = float(told.drift)
+            found["nis_drift"] = float(seen.drift)
         return {
-            "nis_mean": float(told.average) if told.corrections else 0.0,
+            "nis_mean": float(seen.average) if seen.corrections else 0.0,
             "frictions": float(self.filter.hypotheses),
             "joints_noise": sqrt(self.filter.orientation_noise),
             "wrench_noise": sqrt(rough.factor(self.engine.wrench_noise.rough)),
-            "misfit": float(told.too_large),
+            "misfit": float(seen.too_large),
             **{name: value for name, value in found.items() if value == value},
         }
 
     @property
     def noisier(self) -> str:
-        """What there is to say of orientations that are noisier than stated; empty: nothing."""
+        """What is reported of orientations that are noisier than stated; empty: nothing."""
         stated = self.configuration.joints.position_stddev
         if not self.counts["joints_noisy"]:
             return ""
@@ -233,22 +233,22 @@ class Processor:
     # A filter that is written in Python is called step by step.
 
     def take_wrench(self, unit: Unit, row: Any) -> bool:
-        """Take a wrench with its orientations, and fill in its row; return whether it has one."""
+        """Process a wrench with its orientations, fill in its row; return whether it has one."""
         e, rules = self.engine, self.rules
         silent = steps.begin_unit(e, rules, unit.t_ns)
         for stamp, orientation in unit.before:
             self._advance(e, rules, stamp)
             self.correct(stamp, orientation, 0.0)
         self._advance(e, rules, unit.t_ns)
-        told = steps.told(e, rules)
-        if told:
+        has_estimate = steps.has_estimate(e, rules)
+        if has_estimate:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
             self.filter.weigh(e.u.copy(), ContactSet(contacts))
             self.filter.mark(unit.t_ns)
             steps.judge(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:
             self.correct(stamp, orientation, 0.0)
-        return told
+        return has_estimate
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost

@@ -1,9 +1,9 @@
 """
 Messages in their order of arrival, one or thousands: what becomes of each, and what it gives.
 
-One compiled call takes them until something has to be done in Python: a wrench is to be held
-against the settings, the clock has jumped, or a filter that is written in Python takes a step.
-What to do then is said by a Stop, and the next call goes on where the last one stopped.
+One compiled call processes them until something has to be done in Python: a wrench is due to be
+looked at, the clock has jumped, or a filter that is written in Python makes a step.
+A Stop names what to do then, and the next call goes on where the last one stopped.
 """
 
 from enum import IntEnum
@@ -28,15 +28,15 @@ class Stop(IntEnum):
     END = 0  # all messages are taken
     UNSOUND = 1  # a message that is not given here
     ENOUGH = 2  # as many as were asked for, or stamps would fall within what is given
-    LOOK = 3  # the wrench `place` is due to be held against the settings
-    RESTART = 4  # the clock has jumped back: begin anew, then take the message again
+    LOOK = 3  # the wrench `place` is due to be looked at
+    RESTART = 4  # the clock has jumped back: begin anew, then process the message again
     START = 5  # a filter in Python starts from the orientation `place`
     CORRECT = 6  # it corrects by the orientation `place`, which was late by `lateness`
-    WRENCH = 7  # it takes the wrench `unit` of the ring
+    WRENCH = 7  # it processes the wrench `unit` of the ring
 
 
 class Phase(IntEnum):
-    """Where the taking of a message goes on."""
+    """Where the processing of a message goes on."""
 
     ARRIVES = 0
     CATCHES_UP = 1
@@ -44,18 +44,18 @@ class Phase(IntEnum):
     WORKS = 3
 
 
-class Taking(Record):
+class BatchProgress(Record):
     """
-    How far messages are taken.
+    How far a batch of messages is processed.
 
     Attributes
     ----------
     place
-        Of the message that is taken.
+        Of the message that is processed.
     begin
-        Of the first that is taken.
+        Of the first that is processed.
     apart : bool
-        Whether the message is taken by itself.
+        Whether the message is processed by itself.
     wrench
         Wrenches before it.
     rows
@@ -72,8 +72,8 @@ class Taking(Record):
     by_hand : bool
         Whether the filter is written in Python.
     unit
-        Wrench of the ring that it is to take.
-    told, newest_told : bool
+        Wrench of the ring that it is to process.
+    has_row, newest_has_row : bool
         Whether a wrench that was processed gave a row, and whether the newest did.
     lateness
         Of the orientation [s].
@@ -96,8 +96,8 @@ class Taking(Record):
     due_until_ns: int
     by_hand: bool
     unit: int
-    told: bool
-    newest_told: bool
+    has_row: bool
+    newest_has_row: bool
     lateness: float
     fates: Annotated[NDArray[np.int64], (len(Fate),)]
 
@@ -156,15 +156,15 @@ def room_for(wrenches: int) -> Given:
 
 
 @compiled
-def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int:
+def push(memory: Memory, batch: np.ndarray, arrivals: Any, given: Given) -> int:
     """
-    Take messages in their order of arrival.
+    Process messages in their order of arrival.
 
     Parameters
     ----------
     memory : Memory
         Changed.
-    taking : ndarray of Taking, shape (1,)
+    batch : ndarray of BatchProgress, shape (1,)
         Where to begin; changed.
     arrivals : Arrivals
     given : Given
@@ -176,7 +176,7 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
         A Stop.
 
     """
-    p = taking[0]
+    p = batch[0]
     while p.place < len(arrivals.t_ns):
         if p.phase == Phase.ARRIVES:
             if not arrivals.sound[p.place]:
@@ -206,17 +206,17 @@ def _falls_back(order, arrivals, place):
 
 
 @compiled
-def catch_up(memory: Memory, taking: np.ndarray, given: Given) -> int:
+def catch_up(memory: Memory, batch: np.ndarray, given: Given) -> int:
     """Process again what late messages have reached, without a row; return a Stop."""
     ring.begin_again(
         memory.ring, memory.ring.places[0], memory.words, memory.engine[0].filter[0].state
     )
-    return _work(memory, taking[0], given)
+    return _work(memory, batch[0], given)
 
 
 @compiled
 def _push_wrench(memory, p, arrivals, given):
-    """Take the wrench at `place`, from the phase on that it is in."""
+    """Process the wrench at `place`, from its phase on."""
     order, kept = memory.order[0], memory.ring
     r, s = kept.places[0], memory.engine[0].filter[0].state
     t_ns, wrench = arrivals.t_ns[p.place], arrivals.wrenches[p.wrench]
@@ -256,8 +256,8 @@ def _push_wrench(memory, p, arrivals, given):
         p.phase = Phase.WORKS
     stop = _work(memory, p, given)
     if stop == Stop.END:
-        p.newest_told = p.told
-        if p.told:
+        p.newest_has_row = p.has_row
+        if p.has_row:
             given.t_ns[p.rows] = t_ns
             p.rows += 1
         ring.settle(kept, r, order.window_ns)
@@ -266,7 +266,7 @@ def _push_wrench(memory, p, arrivals, given):
 
 @compiled
 def _push_orientation(memory, p, arrivals):
-    """Take the orientation at `place`; where it is to be taken again begin anew."""
+    """Process the orientation at `place`; if it is to be processed again, begin anew."""
     e, rules, order = memory.engine[0], memory.rules[0], memory.order[0]
     kept = memory.ring
     r = kept.places[0]
@@ -319,7 +319,7 @@ def _work(memory, p, given):
         if p.by_hand:
             p.unit = unit
             return Stop.WRENCH
-        p.told = _take_wrench(e, rules, kept, r, unit, given.rows[p.rows])
+        p.has_row = _take_wrench(e, rules, kept, r, unit, given.rows[p.rows])
     return Stop.END
 
 
@@ -334,18 +334,18 @@ def _is_saved(kept, r, p, unit, newest):
 
 @compiled
 def _take_wrench(e, rules, kept, r, unit, row):
-    """Take a wrench of the ring with its orientations; return whether it gives a row."""
+    """Process a wrench of the ring with its orientations; return whether it gives a row."""
     t_ns, begin = kept.t_ns[unit], ring.joints_from(kept, r, unit)
     silent = steps.begin_unit(e, rules, t_ns)
     for k in range(begin, kept.before[unit]):
         steps.advance(e, rules, kept.joint_ns[k])
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
     steps.advance(e, rules, t_ns)
-    told = steps.told(e, rules)
-    if told:
+    has_estimate = steps.has_estimate(e, rules)
+    if has_estimate:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
         filter_steps.weigh(e.filter, e.u, contacts.value)
         steps.judge(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
-    return told
+    return has_estimate

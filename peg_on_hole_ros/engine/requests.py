@@ -39,7 +39,7 @@ class Requests:
 
     @property
     def watching(self) -> bool:
-        """Whether what is told of each wrench is looked at."""
+        """Whether the outputs of each wrench are looked at."""
         return self._free.asked
 
     @property
@@ -53,7 +53,7 @@ class Requests:
 
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
-        free = self._free.asked and self._free.long(self._engine.told)
+        free = self._free.asked and self._free.long(self._engine.latest)
         if free and not self._engine.findings.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
@@ -91,18 +91,18 @@ class Requests:
         )
 
     def refuse_tare(self, reason: str) -> Answer:
-        """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
+        """Refuse a tare, and count that; stamps do not show how long ago the last wrench came."""
         self._counts["tare_refused"] += 1
         return Answer(False, f"nothing taken: {reason}")
 
     def expect(self, what: str) -> Answer:
-        """Take what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
+        """Process what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
         self._expected.announce(what)
         self._counts["expected"] += 1
         return Answer(True, f"expected: {what}")
 
     def take_pose(self) -> Answer:
-        """Take the present pose as that of a free and still peg; say what all such poses tell."""
+        """Use the present pose as that of a free and still peg; return what all such show."""
         samples = self._latest()
         refused = self._poses.refused or self._lacking(samples)
         if not refused and not self._all_the_same:
@@ -135,14 +135,14 @@ class Requests:
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
         unsure = engine.findings.unsure
-        return not_free(self._engine.told, samples, engine.processor, unsure, payload_unknown)
+        return not_free(self._engine.latest, samples, engine.processor, unsure, payload_unknown)
 
     def _shown_by(self, held):
         """Return what there is to add to a tare where the contact mode did not show a free peg."""
         if held:
             return f"; taken all the same (wrench.tare_in_contact), though {held}"
-        told = self._engine.told
-        mode = told and told.contact_mode
+        latest = self._engine.latest
+        mode = latest and latest.contact_mode
         if mode == FREE:
             return ""
         return (

@@ -218,7 +218,7 @@ def joints_from(ring: Ring, r: RingPlaces, unit: int) -> int:
 
 @compiled
 def note_measured(r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
-    """Take note of an orientation whose time has come, if it is the newest."""
+    """Record an orientation whose time has come, if it is the newest."""
     if r.measured_ns == NO_STAMP or t_ns > r.measured_ns:
         r.measured_ns = t_ns
         for i in range(ORIENTATION):
@@ -227,7 +227,7 @@ def note_measured(r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
 
 @compiled
 def note_recent(r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
-    """Take note of a wrench that came in order."""
+    """Record a wrench that came in order."""
     at = r.recent % TARE.most_recent
     r.recent_ns[at] = t_ns
     for i in range(6):
@@ -237,7 +237,7 @@ def note_recent(r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
 
 @compiled
 def put_waiting(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
-    """Let an orientation wait for the wrench of its time."""
+    """Keep an orientation for the wrench of its time."""
     _make_room(ring, r)
     begin = waiting_from(ring, r)
     at = r.joints_last

@@ -20,7 +20,7 @@ ORIENTATION = 24
 
 class Progress(Record):
     """
-    What the engine knows of time and motion.
+    Stamps that the engine has processed, and what is known of the motion.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Progress(Record):
     in_contact : bool
         Whether the last wrench was weighed with three contacts.
     touching : bool
-        Whether innovations say something of the settings.
+        Whether innovations count for or against the settings.
     blind : bool
         Whether no orientation has come for long.
     lost : bool
@@ -77,7 +77,7 @@ COUNTS = tuple(Counts.__annotations__)
 
 class Rules(Record):
     """
-    Options as numbers; those that a node takes while it is active change all of it at once.
+    Options as numbers; those that may change while a node is active change all at once.
 
     Attributes
     ----------

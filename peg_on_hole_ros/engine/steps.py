@@ -34,7 +34,7 @@ NEWS, BEGINS, OLD = range(3)
 
 @compiled
 def restart(e: EngineState, rules: Rules) -> None:
-    """Let go of the motion; what was learnt stays, and what was counted."""
+    """Forget the motion; what was learnt stays, and what was counted."""
     d = e.progress
     d.t_ns = d.oriented_ns = NO_STAMP
     d.slid_ns = 0
@@ -64,7 +64,7 @@ def start(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> N
 
 @compiled
 def begin(e: EngineState) -> None:
-    """Take note of a start by an orientation of the present stamp."""
+    """Record a start by an orientation of the present stamp."""
     d = e.progress
     d.oriented_ns, d.lost = d.t_ns, False
     e.counts.joints_used += 1
@@ -101,14 +101,14 @@ def approach(e: EngineState, rules: Rules, t_ns: int) -> float:
 
 @compiled
 def check_upright(e: EngineState, rules: Rules) -> None:
-    """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
+    """Lose a motion beyond a quarter turn: there is no tilt, and the outputs would be wrong."""
     if not -0.5 * pi < e.filter[0].state.mixture_mean[0] < 0.5 * pi:
         _lose(e, rules)
 
 
 @compiled
 def _lose(e, rules):
-    """Let go of a motion that nothing is known of; the next orientation begins another."""
+    """Forget a motion that nothing is known of; the next orientation begins another."""
     t_ns = e.progress.t_ns
     restart(e, rules)
     e.progress.t_ns, e.progress.lost = t_ns, True
@@ -176,7 +176,7 @@ def measure(
 
 @compiled
 def note(e: EngineState, rules: Rules, orientation: np.ndarray, result: int, nis: float) -> None:
-    """Take note of what became of an orientation, see `filter_steps.gate_orientation`."""
+    """Record what became of an orientation, see `filter_steps.gate_orientation`."""
     d, s, memory = e.progress, e.filter[0].state, e.memory
     if s.noise_ratio > WRENCH_NOISE_TEST.noisy:
         e.counts.joints_noisy += 1
@@ -228,14 +228,14 @@ def _note_place(e, orientation):
 
 
 @compiled
-def told(e: EngineState, rules: Rules) -> bool:
-    """Count a wrench; return whether there is an estimate to be told."""
+def has_estimate(e: EngineState, rules: Rules) -> bool:
+    """Count a wrench; return whether there is an estimate to be published."""
     d = e.progress
     if d.lost:
         e.counts.wrench_dropped_without_orientation += 1
         return False
     e.counts.wrench_used += 1
-    # Without any orientation for long, what the peg is doing is a guess: it is not told.
+    # Without any orientation for long, the motion is a guess, and is not published.
     since = (d.t_ns - d.oriented_ns - rules.delay_ns) * 1e-9
     if since > rules.max_joint_gap or e.fresh.still or _on_either_side(e):
         e.counts.joints_gap += not d.blind
@@ -299,12 +299,12 @@ def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Ro
     if e.innovations.large or jumped_lately(e.filter[0].state, e.filter[0].settings):
         # What the motion contradicts is not known, however small its spread.
         row.reactions_determined = 0.0
-    _tell_settings(e, rules, row)
+    _fill_settings(e, rules, row)
 
 
 @compiled
-def _tell_settings(e, rules, row):
-    """Fill in what is told of innovations, tare, bias and tilt."""
+def _fill_settings(e, rules, row):
+    """Fill in innovations, tare, bias and tilt."""
     t, s = e.innovations, e.filter[0].state
     row.nis_median = t.median
     row.nis_drift = t.drift if rules.white else nan

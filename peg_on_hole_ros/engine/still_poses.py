@@ -28,7 +28,7 @@ class StillPoses:
 
     @property
     def refused(self) -> str:
-        """Why no pose tells anything under these settings; empty: each does."""
+        """Why no pose determines anything under these settings; empty: each does."""
         wrench = self._configuration.wrench
         for name, needed in (("axes", "sensor"), ("gravity", "measured")):
             stated = getattr(wrench, name)
@@ -38,7 +38,7 @@ class StillPoses:
 
     def take(self, gravity_S: np.ndarray, wrench: np.ndarray, count: int) -> str:
         """
-        Take a pose; return what all of them tell.
+        Process a pose; return what all of them show.
 
         Parameters
         ----------

@@ -97,7 +97,7 @@ def put_column(columns: Floats, j: int, column: Column) -> None:
 
 @compiled
 def subtract_applied_jacobian(scratch: Scratch, places: Places, bias_map: Floats) -> None:
-    """Take the Jacobian of an applied wrench, which stands on the right, into the residual's."""
+    """Subtract the Jacobian of an applied wrench, on the right side, from the residual's."""
     columns, E = scratch.applied_jacobian, scratch.jacobian
     for i in range(6):
         for j in range(3):

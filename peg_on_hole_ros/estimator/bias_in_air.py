@@ -24,7 +24,7 @@ def corrects_bias(kalman: FilterRecord, contact_set: int) -> bool:
 @compiled
 def update_bias_in_air(kalman: FilterRecord) -> None:
     """
-    Take the wrench of a peg that hangs free; correct the bias by a batch that has settled.
+    Use the wrench of a peg that hangs free; correct the bias by a batch that has settled.
 
     A touch is detected late, and what it carries until then is no bias. So a batch of wrenches
     waits until the peg has hung free for another `touch_time`.

@@ -57,7 +57,7 @@ class ContactFilter:
     Attributes
     ----------
     memory : ndarray of FilterRecord, shape (1,)
-        All that it consists of; compiled code takes it.
+        All that it consists of, for compiled code.
     fields : FilterRecord
         The same memory.
     state : State
@@ -127,7 +127,7 @@ class ContactFilter:
 
     @property
     def gates(self) -> Gates:
-        """When an orientation is refused, as the options say now."""
+        """When an orientation is refused, by the present options."""
         gates = new(Gates)
         gates.gate_threshold = self.options.gate_threshold
         gates.gate_reset_count = self.options.gate_reset_count

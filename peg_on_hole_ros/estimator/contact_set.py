@@ -8,7 +8,7 @@ class ContactSet(IntEnum):
     Contacts that carry, by how many they are.
 
     THREE is K, B1 and B2 on the rim, TWO is K and B in the hole, NONE a peg that hangs free.
-    UNKNOWN is not determined: the wrench says nothing of the motion.
+    UNKNOWN is not determined: the wrench does not correct the motion.
     """
 
     UNKNOWN = -1

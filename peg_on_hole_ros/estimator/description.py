@@ -1,4 +1,4 @@
-"""Everything that one estimate says of state, contacts and pose, filled by one compiled call."""
+"""State, contacts and pose of one estimate as outputs, filled by one compiled call."""
 
 from math import ceil, cos, pi, sin, sqrt
 
@@ -23,7 +23,7 @@ def describe(
     estimate: Estimate, peg_height: float, on_contacts: int, wide: float, row: Row
 ) -> None:
     """
-    Fill in what an estimate says of state, contacts and pose.
+    Fill in state, contacts and pose of an estimate.
 
     Parameters
     ----------

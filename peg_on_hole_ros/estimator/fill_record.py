@@ -107,7 +107,7 @@ def _fill_lasting(out: Floats, C: Floats, of: int, n: int, scale: float, varianc
 
 @compiled
 def _subtract_bias(kalman: FilterRecord, over_radius: float) -> None:
-    """Take the bias off the wrench, and fill in the variance of a load that it makes up."""
+    """Subtract the bias from the wrench, and fill in the variance of a load that it makes up."""
     estimate, first, bias_map = kalman.record, kalman.places.bias, kalman.bias_map
     x, C = kalman.state.mixture_mean, kalman.state.mixture_covariance
     for i in range(6):

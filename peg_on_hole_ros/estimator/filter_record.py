@@ -1,4 +1,4 @@
-"""All that an estimate is made of, as one typed record that compiled code takes."""
+"""All that an estimate is made of, as one typed record of compiled code."""
 
 from typing import Annotated
 

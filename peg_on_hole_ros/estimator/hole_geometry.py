@@ -57,7 +57,7 @@ def two_point_arms(scene: SceneScalars, gamma: float) -> tuple[Arm, Arm]:
 @compiled
 def depth_at(d: float, D: float, gamma: float) -> tuple[float, float, float]:
     """
-    Return how deep two points let the lower end's centre be, with its derivatives.
+    Return how deep the lower end's centre may be on two points, with its derivatives.
 
     Source: T1, l cos(gamma) - d sin(gamma) / 2.
 

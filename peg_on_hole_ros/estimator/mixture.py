@@ -82,7 +82,7 @@ def reweigh(kalman: FilterRecord) -> None:
 
     Modes count in full. For friction hypotheses a measurement counts by its evidence share: where
     the direction of friction is unknown, noise is not white, and the same sample would count again
-    and again. The hypothesis that knows the direction best determines that share.
+    and again. The hypothesis with the best known direction determines that share.
 
     Parameters
     ----------

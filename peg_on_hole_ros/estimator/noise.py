@@ -57,7 +57,7 @@ def track_orientation_noise(kalman: FilterRecord, q: Floats, R: Floats) -> None:
 
 @compiled
 def forget_noise_ratio(state: State) -> None:
-    """Take the variance of orientations as stated, until they show more."""
+    """Assume the stated variance of orientations until they show more."""
     state.noise_ratio = 1.0
     state.innovation_noise_ratio = state.roughness_noise_ratio = 1.0
 

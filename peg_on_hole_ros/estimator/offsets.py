@@ -36,5 +36,5 @@ class Offsets(NamedTuple):
 
     @staticmethod
     def none() -> "Offsets":
-        """Return what a cell is that knows all of them."""
+        """Return the offsets of a cell in which all of them are known."""
         return Offsets(np.zeros(8), np.zeros((6, 6)), np.zeros(6))

@@ -17,7 +17,7 @@ def within_closed_forms(scene: SceneScalars, gamma: float) -> float:
 
 @compiled
 def scene_at(scene: SceneScalars, x: Floats, places: Places, load: float) -> SceneScalars:
-    """Return the scene with the clearance of a mean: as estimated, less what a load takes."""
+    """Return the scene with the clearance of a mean: as estimated, less the give under load."""
     if places.clearance < 0 and places.compliance < 0:
         return scene
     clearance = scene.D - scene.d

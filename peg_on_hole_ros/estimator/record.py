@@ -1,4 +1,4 @@
-"""What an estimate says, as one typed record that monitor and messages read."""
+"""An estimate as one typed record that monitor and messages read."""
 
 from collections.abc import Sequence
 from typing import Annotated
@@ -79,7 +79,7 @@ class Slip(Record):
 
 class Estimate(Record):
     """
-    All that the last wrench has said.
+    All that is estimated by the last wrench.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Fixed-interval smoothing: what a whole recording says of every one of its stamps."""
+"""Fixed-interval smoothing: what a whole recording shows of every one of its stamps."""
 
 from math import exp
 from typing import NamedTuple
@@ -50,7 +50,7 @@ class Smoother(ContactFilter):
         self._marks: list[tuple[int, int]] = []
 
     def start(self, q: ArrayLike, R: ArrayLike) -> None:
-        """Start; what comes later says nothing of what was before."""
+        """Start; what comes later determines nothing of what was before."""
         super().start(q, R)
         self._steps.append(_Step(self._estimate(), None))
 

@@ -44,7 +44,7 @@ class Places(Record):
     delay : int
         Of orientations [s].
     compliance : int
-        Of the contacts: by how much a load takes of the clearance [m/N].
+        Of the contacts: by how much a load reduces the clearance [m/N].
     reactions : int
         The first of N_K, N_B1, N_B2 [N]: so many values stand before them.
 

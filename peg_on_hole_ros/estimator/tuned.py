@@ -37,7 +37,7 @@ class PushingReactions(NamedTuple):
     Attributes
     ----------
     most_passes : int
-        Bound of the passes [passes]: reactions that are all but one would take without end.
+        Bound of the passes [passes]: reactions that are almost one would need them without end.
     least_step : float
         The search ends where a pass moves no reaction by more [standard deviations].
 

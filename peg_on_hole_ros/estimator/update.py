@@ -90,7 +90,7 @@ def update(
 
 @compiled
 def _keep_friction_floor(kalman: FilterRecord, P: Floats, w: int, k: int, least: float) -> None:
-    """Take back the part of friction's gain that has brought its variance below the floor."""
+    """Undo the part of friction's gain that has brought its variance below the floor."""
     gain, estimated = kalman.scratch.gain, kalman.estimated
     gained = 0.0
     for a in range(k):

@@ -133,7 +133,7 @@ def _begin_wrench(kalman: FilterRecord, begins: bool) -> None:
 
 @compiled
 def _take_back(kalman: FilterRecord) -> None:
-    """Take every component back to before the wrench."""
+    """Restore every component as it was before the wrench."""
     state, scratch = kalman.state, kalman.scratch
     for j in range(state.components):
         copy_component(state.x[j], state.P[j], scratch.x[j], scratch.P[j], state.width)

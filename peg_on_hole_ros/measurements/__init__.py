@@ -1,1 +1,1 @@
-"""What sensors say, as measurements: axes, noise, repeats, innovations."""
+"""From samples of the sensors to measurements: axes, noise, repeats, innovations."""

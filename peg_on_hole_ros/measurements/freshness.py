@@ -4,7 +4,7 @@ from math import sqrt
 
 from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.measurements.angles import turn_between, turn_size
-from peg_on_hole_ros.measurements.repeats import Repeats, held, notice, said
+from peg_on_hole_ros.measurements.repeats import Repeats, describe, held, notice
 from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, Vector3
@@ -63,7 +63,7 @@ def is_news(
     variance: float,
 ) -> bool:
     """
-    Take an orientation; return whether it is news.
+    Process an orientation; return whether it is news.
 
     Encoders at rest, and coarse ones, repeat what is true. So a repeated value is none where each
     comes several times as a rule, or where the peg has turned away from it; of a peg that moves it
@@ -109,7 +109,7 @@ def is_news(
 
 def causes(fresh: Freshness) -> list[str]:
     """Return what is reported to a user: a line, or none."""
-    if repeats := said(fresh.joints):
+    if repeats := describe(fresh.joints):
         return [f"joints: {repeats}"]
     if fresh.stuck <= REPEATED_VALUES.reported:
         return []

@@ -1,4 +1,4 @@
-"""What the innovations tell of settings and of the contact mode: too large, or leaning one way."""
+"""What innovations show of settings and of the contact mode: too large, or of one sign."""
 
 from math import nan, sqrt
 from typing import Annotated
@@ -103,7 +103,7 @@ def add_innovation(
     touching: bool,
 ) -> bool:
     """
-    Take an innovation.
+    Process an innovation.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def add_innovation(
     in_contact : bool
         Whether the contact equations are in force.
     touching : bool
-        Whether it says something of the settings: in contact, or in a mode that is doubtful.
+        Whether it counts for or against the settings: in contact, or in a doubtful mode.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def add_innovation(
 
     """
     mean_of = INNOVATION_WINDOW.mode_count
-    # Without contacts they say nothing for or against three: what they miss by must not keep
+    # Without contacts they count neither for nor against three: their size must not keep
     # the mode from being tried again.
     seen.last[seen.corrections % mean_of] = nis if in_contact else EXPECTED
     seen.corrections += 1
@@ -147,7 +147,7 @@ def add_innovation(
 
 @compiled
 def watch(seen: Innovations, nis: float, white: Floats, used: bool) -> None:
-    """Take an innovation into median and drift; parameters as for `add_innovation`."""
+    """Add an innovation to median and drift; parameters as for `add_innovation`."""
     full, fewest = INNOVATION_WINDOW.settings_count, INNOVATION_WINDOW.fewest
     ordered, newest = seen.ordered, seen.window[seen.watched % full]
     count = min(seen.watched, full)

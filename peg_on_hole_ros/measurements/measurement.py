@@ -39,7 +39,7 @@ def wrench_fault(sample: WrenchSample) -> str | None:
 
 
 def sound_wrenches(values: np.ndarray) -> np.ndarray:
-    """Return of which wrenches (n, 6) `wrench_fault` says nothing, shape (n,)."""
+    """Return which wrenches (n, 6) have no `wrench_fault`, shape (n,)."""
     f_x, f_y, f_z, m_x, m_y, m_z = values.T
     force, torque = PLAUSIBLE_WRENCH.most_force, PLAUSIBLE_WRENCH.most_torque
     # Neither holds for a NaN.
@@ -152,7 +152,7 @@ class WrenchReduction:
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         mass, arm = float(options.payload_mass), skew(payload_P - center_P)
         if options.gravity == "compensated":
-            # A controller that takes the weight off leaves none of the payload, nor of the peg.
+            # A controller that compensates the weight leaves none of the payload, nor of the peg.
             mass, arm = -scene.peg_mass, np.zeros((3, 3))
         steps.sign, steps.in_base = self.sign, options.axes == "base"
         steps.base_in_hole[:], steps.peg_in_sensor[:] = rotation_from_rpy(hole_rpy).T, R_PS.T
@@ -162,7 +162,7 @@ class WrenchReduction:
         self._gravity_H = np.array(scene.gravity, float)
 
     def take_noise(self, options: WrenchInput) -> None:
-        """Take the noise that is stated."""
+        """Use the noise that is stated."""
         stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
         self.noise = np.square(stddev)
         self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
@@ -231,7 +231,7 @@ class WrenchReduction:
         gravity_H: np.ndarray | None = None,
     ) -> None:
         """
-        Take a wrench as that of a peg which hangs free.
+        Use a wrench as that of a peg which hangs free.
 
         What stays is the weight of peg and payload: with the reading itself set to zero the model
         would have the peg fall.

@@ -41,7 +41,7 @@ def new_repeats() -> Repeats:
 @compiled
 def notice(m: Repeats, t: float, values: Floats | tuple[float, ...], latest: Floats) -> int:
     """
-    Take values; return how often they have come in a row, 1: they are new.
+    Process values; return how often they have come in a row, 1: they are new.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def notice(m: Repeats, t: float, values: Floats | tuple[float, ...], latest: Flo
 
 @compiled
 def notice_all(memory: Repeats, t: Floats, values: Floats, latest: Floats) -> None:
-    """Take rows of values, each with its stamp [s]; see `notice`."""
+    """Process rows of values, each with its stamp [s]; see `notice`."""
     for k in range(len(t)):
         notice(memory, t[k], values[k], latest)
 
@@ -90,8 +90,8 @@ def held(memory: Repeats) -> int:
     return memory.length if memory.alike >= REPEATED_VALUES.runs else 1
 
 
-def said(memory: Repeats) -> str:
-    """Return what there is to say of values that come so many times each, or nothing."""
+def describe(memory: Repeats) -> str:
+    """Return what is reported of values that come so many times each, or nothing."""
     if not memory.most_length:
         return ""
     return (

@@ -42,13 +42,13 @@ class OutputColumns:
     Parameters
     ----------
     rows : Rows
-    said : list of (int, list of Message)
+    beside : list of (int, list of Message)
         What is published on change or from time to time beside the estimate, by place of stamp.
 
     """
 
-    def __init__(self, rows: Rows, said: list[tuple[int, list[Message]]]) -> None:
-        self.t_ns, self.rows, self.said = rows.t_ns, rows.values, said
+    def __init__(self, rows: Rows, beside: list[tuple[int, list[Message]]]) -> None:
+        self.t_ns, self.rows, self.beside = rows.t_ns, rows.values, beside
 
     def __len__(self) -> int:
         """Return the number of stamps."""
@@ -59,12 +59,12 @@ class OutputColumns:
         column: np.ndarray = self.rows[name]
         return column
 
-    def add(self, said: Iterable[tuple[int, list[Message]]]) -> None:
+    def add(self, beside: Iterable[tuple[int, list[Message]]]) -> None:
         """Add messages that are published beside the estimate, by place of stamp."""
-        found = dict(self.said)
-        for place, messages in said:
+        found = dict(self.beside)
+        for place, messages in beside:
             found[place] = [*found.get(place, ()), *messages]
-        self.said = sorted(found.items())
+        self.beside = sorted(found.items())
 
     def messages(self, i: int) -> list[Message]:
         """Return all messages of one stamp."""
@@ -73,7 +73,7 @@ class OutputColumns:
             (each.name, each.ros_type, each.message(t_ns, numbers[each.at]))
             for each in LAYOUTS.values()
         ]
-        return [*estimate, *dict(self.said).get(i, ())]
+        return [*estimate, *dict(self.beside).get(i, ())]
 
     def topics(self) -> list[Topic]:
         """Return the topics of the estimate in the order in which they are published."""

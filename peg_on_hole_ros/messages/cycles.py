@@ -24,16 +24,16 @@ _SECONDS, _NEWTONS = 6, 3
 class _Came(NamedTuple):
     """What a try is made of at one stamp: messages, reactions [N], age and latency of contact."""
 
-    said: dict[str, dict]
+    messages: dict[str, dict]
     loads: Sequence[float] | None
     touch: Sequence[float]
 
 
-def _came(columns, place, said):
+def _came(columns, place, messages):
     determined = columns["reactions_determined"][place] == 1.0
     loads = columns["normal"][place].tolist() if determined else None
     touch = [columns[name][place].item() for name in ("contact_age", "contact_latency")]
-    return _Came(said, loads, touch)
+    return _Came(messages, loads, touch)
 
 
 def _seconds(ns):
@@ -96,20 +96,20 @@ class Cycles:
     def take(self, columns: OutputColumns) -> list[tuple[int, list[dict]]]:
         """Take stamps that rise; return the records of tries that end with each, by its place."""
         t_ns, ended, first = columns.t_ns, [], 0
-        said = {
+        beside = {
             place: {topic: message for topic, _, message in messages}
-            for place, messages in columns.said
+            for place, messages in columns.beside
         }
         silent = np.flatnonzero(np.diff(t_ns) > PEG_CHANGE_NS) + 1 if len(t_ns) > 1 else t_ns[1:]
-        alone = sorted({0, *said, *silent.tolist()})
+        alone = sorted({0, *beside, *silent.tolist()})
         while first < len(t_ns):
-            if first and first not in said and self._held is None:
+            if first and first not in beside and self._held is None:
                 until = next((i for i in alone if i >= first), len(t_ns))
                 quiet = self._take_quiet(columns, first, until)
                 if quiet:
                     first += quiet
                     continue
-            came = _came(columns, first, said.get(first, {}))
+            came = _came(columns, first, beside.get(first, {}))
             records = self._add(int(t_ns[first]), came)
             if records:
                 ended.append((first, records))
@@ -155,7 +155,7 @@ class Cycles:
 
     def _take(self, t_ns, came):
         self._seen_ns = t_ns
-        fields = came.said
+        fields = came.messages
         # No time passes between the stamps before a fall and those after.
         ended = self._under_way() if self._passed.take(t_ns) else []
         if "contact_mode" in fields:

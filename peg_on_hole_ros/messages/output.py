@@ -92,14 +92,14 @@ class OutputStream:
         self._worst: int | None = None
         self._mode: str | None = None
         self._transition: bool | None = None
-        # Of the last row, where what was said is of it.
+        # Of the last row, if what was published is of it.
         self._watched: tuple | None = None
 
     def set_markers_rate(self, rate: float) -> None:
         """Take another rate of the markers [Hz]; 0: none."""
         self._markers_period_ns = round(min(1e9 / rate, _LONGEST_NS)) if rate > 0 else None
 
-    def said(
+    def beside(
         self, rows: Rows, judged: Callable[[Outputs], Outputs] | None = None
     ) -> list[tuple[int, list[Message]]]:
         """
@@ -124,7 +124,7 @@ class OutputStream:
         )
         while place < len(t_ns):
             outputs = Outputs(int(t_ns[place]), values[place])
-            messages = self._say(judged(outputs) if judged else outputs)
+            messages = self._beside(judged(outputs) if judged else outputs)
             if messages:
                 found.append((place, messages))
             place = self._next(place, t_ns, changes)
@@ -141,7 +141,7 @@ class OutputStream:
         dues = (max(int(np.searchsorted(t_ns, due)), place + 1) for due in self._dues())
         return min(*changes[at : at + 1], *dues, len(t_ns))
 
-    def _say(self, outputs: Outputs) -> list[Message]:
+    def _beside(self, outputs: Outputs) -> list[Message]:
         """Return what is published beside the estimate of one stamp, and remember it."""
         messages: list[Message] = []
         if outputs.transition != self._transition:
@@ -155,7 +155,7 @@ class OutputStream:
         alarms = outputs.alarms
         if self._possible is not None:
             alarms = self._possible(lambda look: look.beside(outputs), alarms)
-        # Alarms that nobody looks after are not published: their silence can be told.
+        # Alarms that nobody looks after are not published: their silence shows.
         if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
             messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, alarms)))
@@ -194,7 +194,7 @@ class OutputStream:
 
 
 def _watched(row):
-    """Return of a row that with which what is said changes."""
+    """Return of a row that with which what is published beside it changes."""
     levels = row["alarms"]["level"].tolist()
     return row["contact_mode"].item(), row["transition"].item(), *levels
 

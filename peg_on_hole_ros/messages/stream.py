@@ -62,7 +62,7 @@ class Published(NamedTuple):
         Topic under the node's name and serialised message of all that comes with every stamp.
     pose : callable
         Returns its PoseWithCovarianceStamped.
-    said : list of Message
+    beside : list of Message
         What is published beside it.
 
     """
@@ -70,7 +70,7 @@ class Published(NamedTuple):
     t_ns: int
     estimate: list[tuple[str, bytes]]
     pose: Callable[[], dict]
-    said: list[Message]
+    beside: list[Message]
 
 
 class MessageStream:
@@ -147,12 +147,12 @@ class MessageStream:
         return None
 
     def _columns(self, rows: Rows) -> OutputColumns | None:
-        """Return what rows make known, with all that is said beside; None where there are none."""
+        """Return what is published of rows, and beside them; None if there are none."""
         if not len(rows.t_ns):
             return None
         self.t_ns = int(rows.t_ns[-1])
         judged = self.pipeline.judged if self.pipeline.expecting else None
-        columns = OutputColumns(rows, self._outputs.said(rows, judged))
+        columns = OutputColumns(rows, self._outputs.beside(rows, judged))
         columns.add((place, _cycle_messages(ended)) for place, ended in self._cycles.take(columns))
         return columns
 
@@ -178,8 +178,8 @@ class MessageStream:
         if columns is None:
             return None
         t_ns, numbers = int(columns.t_ns[0]), columns.numbers[0]
-        said = [message for _, messages in columns.said for message in messages]
-        return Published(t_ns, self._encoder(t_ns, numbers), partial(_pose, t_ns, numbers), said)
+        beside = [message for _, messages in columns.beside for message in messages]
+        return Published(t_ns, self._encoder(t_ns, numbers), partial(_pose, t_ns, numbers), beside)
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """

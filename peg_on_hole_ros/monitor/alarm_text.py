@@ -1,4 +1,4 @@
-"""What the alarms say, out of the numbers of a row."""
+"""The texts of the alarms, by the numbers of a row."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from peg_on_hole_ros.monitor.dangers.registry import ADVICE, IN_HOLE, ON_RIM
 from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
-# Places of a lost contact that is not told apart, and of all of them.
+# Places of a lost contact that is not distinguished, and of all of them.
 ANY, ALL = 3, 4
 # Which names an alarm's numbers have.
 PLAIN, HOLE = 1, 2
 
-# What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
+# What each level states, for K, B1 and B2 where one of them is meant: built once, chosen often.
 _NO_JAMMING = "nothing jams the peg ahead"
 # OK, WARN, ERROR; K, B1 or B2 where it is known which, then any of them, then the whole peg.
 _LOST_WHICH = tuple(f"contact {c}" for c in CONTACTS)
@@ -41,7 +41,7 @@ _TEXTS = (
     _CONTACT_LOSS,
     _OVERLOAD,
 )
-# Before what an alarm said, while it is held without a value at its threshold.
+# Before what an alarm stated, while it is held without a value at its threshold.
 WAS = "no longer above its threshold, and held for a while; it was: "
 _DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
 _LOSS_NAMES = (

@@ -51,7 +51,7 @@ class Alarms(Record):
     ----------
     levels : sequence of Level
         Of JAMMING, CONTACT_LOSS, OVERLOAD.
-    said, kept : sequence of AlarmRow
+    published, kept : sequence of AlarmRow
         The alarms as they were published last, and of what caused them last.
     three_contacts_there : bool
         Whether there are three contacts to lose.
@@ -65,7 +65,7 @@ class Alarms(Record):
     """
 
     levels: Annotated[Sequence[Level], (3,)]
-    said: Annotated[Sequence[AlarmRow], (3,)]
+    published: Annotated[Sequence[AlarmRow], (3,)]
     kept: Annotated[Sequence[AlarmRow], (3,)]
     three_contacts_there: bool
     three_point_since: float
@@ -82,10 +82,10 @@ def clear_alarms(alarms: Alarms) -> None:
         level = alarms.levels[i]
         level.level = AlarmLevel.OK
         level.warn_since = level.error_since = level.without_cause_since = nan
-        _clear(alarms.said[i])
+        _clear(alarms.published[i])
         _clear(alarms.kept[i])
         # None has been looked at.
-        alarms.said[i].level = -1
+        alarms.published[i].level = -1
     jamming, contact_loss = alarms.kept[JAMMING], alarms.kept[CONTACT_LOSS]
     jamming.which, jamming.kind = Danger.STALL, PLAIN
     contact_loss.which, contact_loss.kind = ALL, PLAIN
@@ -168,13 +168,13 @@ def follow_alarms(
     """
     Fill in the three alarms.
 
-    While a level is held without a cause, the alarm says what its cause was, with the numbers
+    While a level is held without a cause, the alarm states what its cause was, with the numbers
     that it had.
 
     Parameters
     ----------
     alarms : Alarms
-        Changed; `said` is filled in.
+        Changed; `published` is filled in.
     mode : Mode
         As declared.
     settings : MonitorSettings
@@ -195,7 +195,8 @@ def follow_alarms(
 
 @compiled
 def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, dangers: Dangers) -> None:
-    followed, said, kept = alarms.levels[JAMMING], alarms.said[JAMMING], alarms.kept[JAMMING]
+    followed = alarms.levels[JAMMING]
+    published, kept = alarms.published[JAMMING], alarms.kept[JAMMING]
     warn, error = settings.jamming_warn, settings.jamming_error
     level = follow_level(followed, warn, error, settings, t, dangers.risk)
     cause = has_cause(followed)
@@ -205,15 +206,15 @@ def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, dangers
     if cause or level == AlarmLevel.OK:
         put_numbers(dangers, kept.numbers)
         kept.kind = HOLE if is_in_hole(dangers) else PLAIN
-    _say(said, kept, level, cause)
+    _publish(published, kept, level, cause)
 
 
 @compiled
-def _say(said: AlarmRow, kept: AlarmRow, level: AlarmLevel, cause: bool) -> None:
-    said.which, said.kind = kept.which, kept.kind
-    said.numbers[:] = kept.numbers
-    said.level = level
-    said.held = 1 if level != AlarmLevel.OK and not cause else 0
+def _publish(published: AlarmRow, kept: AlarmRow, level: AlarmLevel, cause: bool) -> None:
+    published.which, published.kind = kept.which, kept.kind
+    published.numbers[:] = kept.numbers
+    published.level = level
+    published.held = 1 if level != AlarmLevel.OK and not cause else 0
 
 
 @compiled
@@ -224,7 +225,7 @@ def _follow_contact_loss(
     followed = alarms.levels[CONTACT_LOSS]
     _follow_three_contacts(alarms, mode, settings, t, shown)
     entering = 0.0 <= shown.time < CONTACT_LOSS_ALARM.entering
-    # The reactions of a peg that jams are not determined, and say nothing of its contacts.
+    # The reactions of a peg that jams are not determined, and show nothing of its contacts.
     jams = alarms.levels[JAMMING].level != AlarmLevel.OK
     jams = jams and alarms.kept[JAMMING].which != Danger.LOAD
     opened = 0.0 if entering or jams else shown.opened
@@ -233,7 +234,7 @@ def _follow_contact_loss(
         followed, CONTACT_LOSS_ALARM.warn, CONTACT_LOSS_ALARM.error, settings, t, value
     )
     cause = has_cause(followed)
-    said, kept = alarms.said[CONTACT_LOSS], alarms.kept[CONTACT_LOSS]
+    published, kept = alarms.published[CONTACT_LOSS], alarms.kept[CONTACT_LOSS]
     lost = (shown.lost_K, shown.lost_B1, shown.lost_B2)
     if cause or level == AlarmLevel.OK:
         which = ALL
@@ -247,7 +248,7 @@ def _follow_contact_loss(
         numbers = (shown.lost_K, shown.lost_B1, shown.lost_B2, shown.opened, shown.free)
         for i in range(len(numbers)):
             kept.numbers[i] = numbers[i]
-    _say(said, kept, level, cause)
+    _publish(published, kept, level, cause)
 
 
 @compiled
@@ -272,12 +273,12 @@ def _follow_three_contacts(
 def _follow_overload(
     alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, load: Load, normal: Floats
 ) -> None:
-    """Tell of a contact whose load passes its limit."""
+    """Follow whether the load of a contact passes its limit."""
     followed, there = alarms.levels[OVERLOAD], mode == Mode.THREE_POINT
     warn, error = settings.jamming_warn, settings.jamming_error
     level = follow_level(followed, warn, error, settings, t, load.probability if there else 0.0)
     cause = has_cause(followed)
-    said, kept = alarms.said[OVERLOAD], alarms.kept[OVERLOAD]
+    published, kept = alarms.published[OVERLOAD], alarms.kept[OVERLOAD]
     if cause or level == AlarmLevel.OK:
         kept.which = int(load.which) if cause else 0
         kept.kind = PLAIN if there else 0
@@ -285,4 +286,4 @@ def _follow_overload(
         for i in range(3):
             kept.numbers[1 + i] = normal[i]
             kept.numbers[4 + i] = settings.max_normal[i]
-    _say(said, kept, level, cause)
+    _publish(published, kept, level, cause)

@@ -1,4 +1,4 @@
-"""What an estimate says of the contact: mode, transition, risk, alarms, as one row of numbers."""
+"""Mode, transition, risk and alarms of an estimate, as one row of numbers."""
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.description import describe
@@ -26,7 +26,7 @@ def take_orientation(
     memory: Memory, settings: MonitorSettings, t_ns: int, q: Floats, R: Floats, foreseen: bool
 ) -> None:
     """
-    Take an orientation that the filter has used.
+    Process an orientation that the filter has used.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def contacts_of(memory: Memory) -> ContactSet:
 
     B1 and B2 become one at gamma0, and no mode has to be declared for it. Three beside the mode
     too: where an uncertain clearance alone leaves it open whether the peg is already in the hole,
-    only the equations of three contacts can tell, by learning it. What has been refuted is weighed
+    only the equations of three contacts show, by learning it. What has been refuted is weighed
     as what it may become: a mode that is wrong is refuted again before it is declared.
     """
     declared = memory.declared
@@ -95,7 +95,7 @@ def assess(
         Running mean of the normalised innovation squared (3 degrees of freedom).
     blind : bool
         Whether no orientation has come for long: where the peg is is a guess, so that no risk is
-        told, and flag and alarms stay as they are.
+        published, and flag and alarms stay as they are.
     row : Row
         Filled, but for what is learnt of bias and tilt; given with no number in it.
 
@@ -107,7 +107,7 @@ def assess(
     dt = 0.0 if memory.t_ns == NO_STAMP else (t_ns - memory.t_ns) * 1e-9
     memory.t_ns = t_ns
     since = 0.0 if memory.oriented_ns == NO_STAMP else (t_ns - memory.oriented_ns) * 1e-9
-    # Constant rates say nothing for or against three contacts.
+    # Constant rates count neither for nor against three contacts.
     on_three = declared.weighed == Mode.THREE_POINT or declared.three_point_tried
     judge(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
     declare_mode(declared, settings, t, shown)
@@ -158,15 +158,15 @@ def fill_known(row: Row, below: float, known: Known, on_contacts: bool) -> None:
 
 @compiled
 def fill_declared(row: Row, memory: Memory) -> None:
-    """Fill in mode, with what it says of the contacts, flag and alarms as they stand."""
+    """Fill in mode, with the contacts that it implies, flag and alarms as they stand."""
     mode = memory.declared.mode
     row.contact_mode, row.transition = mode, memory.transition.flag
     for i in range(3):
         row.closed[i] = is_closed(mode, row.normal[i])
-        alarm, said = row.alarms[i], memory.alarms.said[i]
-        alarm.level, alarm.which = said.level, said.which
-        alarm.held, alarm.kind = said.held, said.kind
-        alarm.numbers[:] = said.numbers
+        alarm, published = row.alarms[i], memory.alarms.published[i]
+        alarm.level, alarm.which = published.level, published.which
+        alarm.held, alarm.kind = published.held, published.kind
+        alarm.numbers[:] = published.numbers
 
 
 @compiled

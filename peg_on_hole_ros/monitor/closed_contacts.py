@@ -1,4 +1,4 @@
-"""Whether contacts are closed: by the contact mode, and by their load where that says nothing."""
+"""Whether contacts are closed: by the contact mode, and by their load if that leaves it open."""
 
 from typing import Any
 
@@ -8,9 +8,9 @@ from peg_on_hole_ros.monitor.states import Mode
 
 def are_closed(mode: Any, normal: Any) -> Any:
     """
-    Return whether contacts are closed: as the mode says, and by their load where it says nothing.
+    Return whether contacts are closed: by the mode, and by their load if the mode leaves it open.
 
-    A load that is told as none, near zero or before it is told at all, opens no contact.
+    A load that is published as none, near zero or before it is determined, opens no contact.
 
     Parameters
     ----------

@@ -18,8 +18,8 @@ from peg_on_hole_ros.monitor.tuned import FREE_PEG_LOAD
 from peg_on_hole_ros.typed_record import Record, Vector3
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
-# `monitor.evidence_time` tells a free peg from one that is touched lightly. A peg that is turned
-# in the air needs a couple for it, some 0.1 N m at 200 rad/s^2: it is known from the rates.
+# `monitor.evidence_time` distinguishes a free peg from one that is touched lightly. A peg that is
+# turned in the air needs a couple for it, some 0.1 N m at 200 rad/s^2: it is known from the rates.
 # Its force for being moved is not, for nothing measures where the peg is.
 #
 # Axes: those of the hole. Of a peg that hangs nearly upright psi and phi are noise, and so are any
@@ -64,7 +64,7 @@ def carried_load(
     estimate: Estimate, load: ContactLoad, dt: float, time: float
 ) -> tuple[float, float]:
     """
-    Take one wrench into the means, and return what is left for a rim to carry.
+    Add one wrench to the means, and return what is left for a rim to carry.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def carried_load(
 
 @compiled
 def _pull(load: ContactLoad) -> float:
-    """Return the force out of the hole [N]: contacts push, but where a squeeze lets them pull."""
+    """Return the force out of the hole [N]: contacts push, unless a squeeze makes them pull."""
     force: float = load.force[2]
     return max(force, 0.0)
 
@@ -153,7 +153,7 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
     Return the square of a carried load over what nothing, or next to nothing, would make of it.
 
     Force and couple count by their joint noise: about the mass centre of a peg far from its
-    sensor the couple is noisy, and mostly by the force's noise, which the force tells.
+    sensor the couple is noisy, and mostly by the force's noise, which the force shows.
 
     Parameters
     ----------

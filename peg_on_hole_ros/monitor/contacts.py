@@ -26,7 +26,7 @@ class ContactEvidence(NamedTuple):
     displaced : float
         Log ratio of a peg elsewhere than where three contacts would have it.
     rest : float
-        Probability that it rests: nothing tells then which contacts are closed, and one that was
+        Probability that it rests: nothing shows then which contacts are closed, and one that was
         taken for open, as those of a peg that has just wedged are, is forgotten soon.
 
     """
@@ -47,7 +47,7 @@ def no_knowledge() -> Floats:
 
 @compiled
 def forget_contacts(probabilities: Floats) -> None:
-    """Take the probabilities as they are before any evidence."""
+    """Set the probabilities as they are before any evidence."""
     for i in range(COUNT):
         probabilities[i] = EVIDENCE_WEIGHTS.prior[i]
 

@@ -10,13 +10,13 @@ from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_t
 from peg_on_hole_ros.monitor.tuned import DOWN_THE_HOLE, FOLLOWED_MOTION
 from peg_on_hole_ros.typed_record import Record
 
-# On two points the tilt tells the depth (`insertion_depth.depth_at`). docs/jamming.md, "In the
-# hole", derives what is read.
+# On two points the tilt determines the depth (`insertion_depth.depth_at`). docs/jamming.md, "In
+# the hole", derives what is read.
 
 
 class DepthTrend(Record):
     """
-    What orientations have told of the motion along the hole.
+    What orientations have shown of the motion along the hole.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ def _depth_slope(d: float, D: float, gamma: float, variance: float) -> float:
     """
     Return by how much the depth falls with the tilt [m/rad].
 
-    Upright it has no bound: a tilt that is hardly known tells no depth, and is not to look so.
+    Upright it has no bound: a tilt that is hardly known determines no depth, and must not seem to.
     """
     return -depth_at(d, D, max(fabs(gamma), sqrt(max(variance, 0.0)), DOWN_THE_HOLE.upright))[1]
 
@@ -53,7 +53,7 @@ def follow_depth(
     depth: DepthTrend, tilt: float, variance: float, since: float, settings: MonitorSettings
 ) -> None:
     """
-    Take an orientation.
+    Process an orientation.
 
     Parameters
     ----------

@@ -152,10 +152,10 @@ def pushing(estimate: Estimate) -> bool:
 @compiled
 def new_share(estimate: Estimate, i: int) -> float:
     """
-    Return which share of what a reaction says of its contact is news at each sample.
+    Return which share of a reaction's evidence for its contact is news at each sample.
 
-    What friction and clearance make of a reaction stays: however often it says so, it says it
-    once. By more than `CREDITED_REACTIONS.pull`, they do not explain it.
+    What friction and clearance make of a reaction stays: however many samples show it, it is one
+    piece of evidence. By more than `CREDITED_REACTIONS.pull`, they do not explain it.
     """
     reactions = estimate.reactions
     N, variance = reactions.normal[i], max(reactions.covariance[i, i], 1e-18)
@@ -189,7 +189,7 @@ def show(
     settings : MonitorSettings
     passed : Passed
     nis : float
-        Running mean of the normalised innovation squared; below zero: it says nothing.
+        Running mean of the normalised innovation squared; below zero: it is not known.
     displaced : float
         `place_check.Misfit.evidence` of the last place that was measured; 0: none was.
 
@@ -242,10 +242,10 @@ def _load_evidence(
     estimate: Estimate, load: ContactLoad, settings: MonitorSettings, dt: float
 ) -> float:
     """
-    Return what a carried load says for contact.
+    Return the evidence of a carried load for contact.
 
-    A rim that touches is told from noise, from a zero of the sensor that is not known, and from
-    a holder that moves the peg in the air.
+    A rim that touches is distinguished from noise, from an unknown bias of the sensor, and from a
+    holder that moves the peg in the air.
     """
     time, threshold = settings.evidence_time, settings.contact_force_threshold
     carried, _ = carried_load(estimate, load, dt, time)

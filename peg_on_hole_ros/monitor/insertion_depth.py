@@ -10,7 +10,7 @@ from peg_on_hole_ros.monitor.tuned import INSERTION_DEPTH
 
 @compiled
 def insertion_depth(estimate: Estimate) -> tuple[float, float]:
-    """Return depth and standard deviation [m], by the record of an estimate; NaN: not told."""
+    """Return depth and standard deviation [m] by an estimate's record; NaN: not determined."""
     gamma, variance = estimate.motion.gamma, estimate.motion.covariance[0, 0]
     N, C = estimate.reactions.normal, estimate.reactions.covariance
     # N_B1 and N_B2 are halves of one reaction.
@@ -26,7 +26,7 @@ def insertion_depth(estimate: Estimate) -> tuple[float, float]:
 
 @compiled
 def insertion_speed(estimate: Estimate) -> tuple[float, float]:
-    """Return speed into the hole and standard deviation [m/s], where the depth is told."""
+    """Return speed into the hole and standard deviation [m/s], where the depth is determined."""
     d, D = estimate.scene.d, estimate.scene.D
     gamma, rate, C = estimate.motion.gamma, estimate.motion.gamma_rate, estimate.motion.covariance
     by_rate = depth_at(d, D, gamma)[1]

@@ -21,7 +21,7 @@ from peg_on_hole_ros.typed_record import Floats
 def follow_orientation(
     memory: Memory, since: float, q: Floats, R: Floats, settings: MonitorSettings
 ) -> None:
-    """Take an orientation into the motion; see `follow_motion` and `follow_depth`."""
+    """Add an orientation to the motion; see `follow_motion` and `follow_depth`."""
     follow_depth(memory.depth, q[0], R[0, 0], since, settings)
     follow_motion(memory.motion, since, q, R, settings)
 
@@ -41,7 +41,7 @@ def judge(
     settings : MonitorSettings
     passed : Passed
     nis : float
-        Running mean of the normalised innovation squared; below zero: it says nothing.
+        Running mean of the normalised innovation squared; below zero: it is not known.
 
     """
     evidence, motion, dangers = memory.evidence, memory.motion, memory.dangers

@@ -85,7 +85,7 @@ def declare_mode(
     declared: DeclaredMode, settings: MonitorSettings, t: float, shown: Shown
 ) -> None:
     """
-    Take the probabilities at a time.
+    Process the probabilities at a time.
 
     A mode is declared once it is probable enough for a while, and kept until it no longer is.
 

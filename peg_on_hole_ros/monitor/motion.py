@@ -18,7 +18,7 @@ from peg_on_hole_ros.typed_record import Floats, Record
 
 # A held peg moves as smoothly as its holder. The estimator must not assume that: its components
 # leave the peg's accelerations open from one wrench to the next, and so know the tilt's rate to
-# some 0.02 rad/s. Of drawn insertions that slide, orientations over tens of milliseconds tell it
+# some 0.02 rad/s. Of drawn insertions that slide, orientations over tens of milliseconds show it
 # twice as well just below gamma0, and ten times as well where depth hangs on it most.
 
 SQRT2 = sqrt(2.0)
@@ -45,7 +45,7 @@ class Measured(Record):
 
 class MotionTrend(Record):
     """
-    What orientations have told of the motion.
+    What orientations have shown of the motion.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def follow_motion(
     motion: MotionTrend, since: float, q: Floats, R: Floats, settings: MonitorSettings
 ) -> None:
     """
-    Take an orientation.
+    Process an orientation.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ def time_to_reach(
     Returns
     -------
     time, stddev : float
-        After the last orientation [s]; -1 where the tilt is below the level, does not surely fall
-        (by two standard deviations of its rate), or comes to rest before.
+        After the last orientation [s]; -1 if the tilt is below the level, does not fall by two
+        standard deviations of its rate, or comes to rest before.
 
     """
     tilt, memory = motion.tilt, settings.forecast_acceleration_time

@@ -43,7 +43,7 @@ class Moving(NamedTuple):
     closing, rest : float
         Probabilities that the tilt falls, and that the peg rests.
     known : bool
-        Whether the tilt's trend knows a direction.
+        Whether the tilt's trend has a direction.
 
     """
 
@@ -68,7 +68,7 @@ def moving_now(motion: MotionTrend, since: float, settings: MonitorSettings) -> 
     rest = 1.0 - closing - below((rate - rest_rate) / spread)
     turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
     rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
-    # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
+    # Just after a jolt the trend has no direction: that is no motion that could lead anywhere.
     # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
     known = fabs(rate) > 3.0 * spread and motion.calm >= FOLLOWED_MOTION.calm
     return Moving(rate, turn, turn_variance, rest_rate, closing, rest, known)

@@ -15,7 +15,7 @@ COUNT = 3
 
 @compiled
 def forget_points(probabilities: Floats) -> None:
-    """Take the probabilities, shape (3,), as they are before any evidence."""
+    """Set the probabilities, shape (3,), as they are before any evidence."""
     for i in range(COUNT):
         probabilities[i] = ONE_POINT.prior[i]
 

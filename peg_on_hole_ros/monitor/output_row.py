@@ -1,4 +1,4 @@
-"""Rows of outputs as NumPy has them: their type, and what the table of outputs says of them."""
+"""Rows of outputs as NumPy has them: their type, and what the table of outputs has of them."""
 
 from typing import get_type_hints
 

@@ -67,7 +67,7 @@ def place_inside(d: float, D: float, gamma: float, place: Floats) -> Floats:
     Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
 
     Below gamma0 a peg touches the hole only from within: its lower end is no deeper than two
-    points let it, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
+    points allow, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
     """
     aside = sqrt(place[0] * place[0] + place[1] * place[1])
     room = min(1.0, (D - d) / max(aside, 1e-12))
@@ -86,7 +86,7 @@ def misfit(
     diameter_variance: float,
 ) -> Misfit:
     """
-    Hold a measured place against that of contacts at the measured angles.
+    Compare a measured place with that of contacts at the measured angles.
 
     Above gamma0 that is the place of three contacts, below it anywhere in the hole.
 
@@ -110,7 +110,7 @@ def misfit(
     Notes
     -----
     The hole's own place is one draw for a whole run, and not one a sample: what speaks against
-    three contacts has to outweigh all that this leaves open, else nothing is said.
+    three contacts has to outweigh all that this leaves open, else there is no evidence.
 
     """
     gamma, psi = q[0], q[1]

@@ -25,7 +25,7 @@ LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
 
 @compiled
 def take_as_closed(memory: Memory) -> None:
-    """Take the peg as on three contacts until the next wrench."""
+    """Assume three contacts until the next wrench."""
     memory.declared.mode = Mode.UNKNOWN
     memory.declared.three_point_tried = True
 

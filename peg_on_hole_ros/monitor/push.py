@@ -85,7 +85,7 @@ def forget_push(push: Push) -> None:
 
 @compiled
 def follow_total(push: Push, normal: Floats, dt: float) -> None:
-    """Take reactions, shape (3,) [N], a time [s] after the last ones."""
+    """Process reactions, shape (3,) [N], a time [s] after the last ones."""
     total = 0.0
     for i in range(3):
         total += fabs(normal[i])
@@ -116,11 +116,11 @@ def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, floa
 @compiled
 def pushed_on(estimate: Estimate, push: Push, moving: Moving, dt: float, horizon: float) -> Pushed:
     """
-    Take a wrench of a peg that touches, and return the push.
+    Process a wrench of a peg that touches, and return the push.
 
     A peg that its holder brings to rest feels a push that changes little, one that stalls is
-    pushed ever more; both beside what friction can hold. Nothing is said before the peg has moved
-    in contact: nobody knows what would move it.
+    pushed ever more; both beside what friction can hold. There is no push before the peg has moved
+    in contact: what would move it is not known.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ class StillPossible:
         self._sentence = ""
 
     def take(self, configuration: Configuration) -> None:
-        """Take other settings from here on."""
+        """Use other settings from here on."""
         self.configuration = configuration
 
     def beside(self, outputs: Outputs) -> tuple[Alarm, ...]:
@@ -94,20 +94,20 @@ def possible(outputs: Outputs, configuration: Configuration) -> str:
 
 
 def _known(outputs: Outputs, scene: Scene) -> Scene:
-    told, stated = outputs.monitor, scene.hole_diameter - scene.peg_diameter
+    numbers, stated = outputs.monitor, scene.hole_diameter - scene.peg_diameter
     # A clearance of nothing has no gamma0.
-    clearance = max(told["clearance"], PRESENT_STATE.least_clearance * stated)
+    clearance = max(numbers["clearance"], PRESENT_STATE.least_clearance * stated)
     return replace(
         scene,
         peg_diameter=scene.hole_diameter - clearance,
-        clearance_stddev=told["clearance_stddev"],
-        friction=min(max(told["friction"], 0.0), 2.0),
-        friction_stddev=told["friction_stddev"],
+        clearance_stddev=numbers["clearance_stddev"],
+        friction=min(max(numbers["friction"], 0.0), 2.0),
+        friction_stddev=numbers["friction_stddev"],
     )
 
 
 def _rates(outputs: Outputs, scene: Scene) -> Floats:
-    """Return closing, and a turn that is surely one; how it parts in two is hardly known."""
+    """Return closing, and a turn beyond its uncertainty; how it parts in two is hardly known."""
     ratio = scene.peg_diameter / scene.hole_diameter
     weights = np.array([1.0, ratio])
     turn = float(weights @ outputs.state[RATE + 1 :])

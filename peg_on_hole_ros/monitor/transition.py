@@ -47,7 +47,7 @@ def raise_flag(
 
     It can rise after contact above gamma0 only, and not once the peg has left the rim again: one
     that comes upright through the air has not gone through three-point contact. It falls once the
-    tilt has surely been above gamma0 for a while.
+    tilt has been above gamma0 for a while, beyond its uncertainty.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def begin(
 
 @compiled
 def forget_trend(trend: Trend) -> None:
-    """Let a trend begin anew with the next value."""
+    """Begin a trend anew with the next value."""
     begin(trend, 0.0, 0.0, 0.0, 0.0)
 
 

@@ -18,7 +18,7 @@ class ContactLossAlarm(NamedTuple):
     error : float
         The same for an ERROR [-].
     slid : float
-        A peg that slides is on three contacts once that has been told for so long [s]. One at
+        A peg that slides is on three contacts once that has been published for so long [s]. One at
         rest may bounce on one of them: there it takes as long as an alarm is held.
     clearly : float
         One contact is named if it holds this share of the probability that any has opened [-].
@@ -119,8 +119,8 @@ class OnePoint(NamedTuple):
         rest on two.
     reaction : float
         What a reaction that is there may be, before it is looked at [N]. Of 1, 3, 10 and 20 N
-        this parts one point from two best: 98 and 99 % of the samples of 60 insertions are told
-        right.
+        this parts one point from two best: 98 and 99 % of the samples of 60 insertions are
+        assigned right.
     tail : float
         Beyond so many deviations below zero the tail alone counts [standard deviations].
 
@@ -220,7 +220,7 @@ class FollowedMotion(NamedTuple):
     turn_share : float
         How much quicker turning is than tilting, and the quick tilt than the steady one [-].
     longest : float
-        A forecast further ahead says nothing [s].
+        A forecast further ahead has no meaning [s].
     calm : float
         A jump of the tilt is followed for so long before it counts as a motion [s].
 
@@ -240,8 +240,9 @@ class TransitionFlag(NamedTuple):
     left : float
         A peg that has been in the air above gamma0 for so long has left the rim [s].
     clearance_share : float
-        A forecast knows a learnt clearance no better than to this share of its stated spread [-]:
-        what the way there tells of it is one thing with friction and with how the motion goes on.
+        The spread of an estimated clearance is at least this share of the stated one in a forecast
+        [-]: what the motion so far shows of it is correlated with friction and with the motion
+        ahead.
 
     """
 
@@ -251,7 +252,7 @@ class TransitionFlag(NamedTuple):
 
 class InsertionDepth(NamedTuple):
     """
-    When the tilt of a peg in the hole tells its depth.
+    When the tilt of a peg in the hole determines its depth.
 
     Attributes
     ----------
@@ -303,7 +304,7 @@ class PushMeans(NamedTuple):
     Attributes
     ----------
     quick : float
-        Time of the quicker of two running means, which tell whether the push grows at all [s]:
+        Time of the quicker of two running means, which show whether the push grows at all [s]:
         slower than its trend, and steadier.
     slow : float
         Time of the slower one [s].
@@ -367,7 +368,7 @@ class StallAhead(NamedTuple):
 
     A peg on a compliant holder slides where holder and friction balance: its tilt follows the
     holder's program, less what the holder gives way to the push, tilt = program + c push. The
-    push is known a hundred times better than the tilt's rate, so c and the push's trend tell when
+    push is known a hundred times better than the tilt's rate, so c and the push's trend show when
     the closing ends. docs/jamming.md, "Stall", derives it.
 
     Attributes
@@ -419,7 +420,7 @@ class LoadAhead(NamedTuple):
     off : float
         One that is known to less than that share is as far off for a while [-].
     nothing : float
-        So far over: surely not [standard deviations].
+        So far over: certainly not [standard deviations].
     loaded : float
         A trend of the load takes this long to part from its begin [s].
 

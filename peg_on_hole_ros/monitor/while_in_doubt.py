@@ -1,4 +1,4 @@
-"""What may still be told while a setting of the wrench is in doubt: nothing sure of contacts."""
+"""What is published while a setting of the wrench is in doubt: nothing that rests on it."""
 
 import numpy as np
 
@@ -22,14 +22,14 @@ _RESTS_ON_WRENCH = (
 
 def doubt(rows: np.ndarray, transition: bool) -> None:
     """
-    Take out of rows what rests on the wrench.
+    Remove from rows what rests on the wrench.
 
     Parameters
     ----------
     rows : ndarray of ROW, shape (n,)
         Changed.
     transition : bool
-        The flag as it was told last: it stays.
+        The flag as it was published last: it stays.
 
     """
     for name in _RESTS_ON_WRENCH:

@@ -53,7 +53,7 @@ class Summary:
         if len(known):
             self._untold = known[-1].tolist()
         begun = 0
-        for i, messages in columns.said:
+        for i, messages in columns.beside:
             fields = {topic: message for topic, _, message in messages}
             passed = run.passed(int(t_ns[i])) * 1e-9
             if fields.get("transition", {"data": False})["data"] and self._transition is None:

@@ -8,7 +8,7 @@ from statistics import median
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Stretch
-from peg_on_hole_ros.measurements.repeats import new_repeats, notice_all, said
+from peg_on_hole_ros.measurements.repeats import describe, new_repeats, notice_all
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.replay.stamps import ByStamp
@@ -109,7 +109,7 @@ class Oddities:
         if self._names:
             self._look_for_jumps(*self._by_stamp.rest)
             self._by_stamp = ByStamp()
-        repeated = "" if self._repeats is None else said(self._repeats)
+        repeated = "" if self._repeats is None else describe(self._repeats)
         told = [repeated] if repeated else []
         if len(self._frames) > 1:
             frames = ", ".join(

@@ -264,7 +264,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         published = self._stream.publish_wrench(payload, self._read_wrench)
         if published is not None:
             self._outputs.publish(published)
-            self._log_cycles(published.said)
+            self._log_cycles(published.beside)
             now_ns = self.get_clock().now().nanoseconds
             self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
         self._diagnostics.received("wrench", time.monotonic_ns() - begun, published is not None)
@@ -305,8 +305,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             throttle_duration_sec=TRACEBACK_PERIOD,
         )
 
-    def _log_cycles(self, said):
-        for suffix, _, fields in said:
+    def _log_cycles(self, messages):
+        for suffix, _, fields in messages:
             if suffix == "cycle":
                 self.get_logger().info(f"cycle: {fields['data']}")
 

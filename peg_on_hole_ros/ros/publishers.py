@@ -64,7 +64,7 @@ class Publishers:
             # Nobody who comes later would be given it.
             if handle.get_subscription_count():
                 handle.publish_raw(payload)
-        self.publish_all(published.said)
+        self.publish_all(published.beside)
         if self._tf is not None:
             transform = self._transforms.message(published.t_ns, published.pose)
             if transform is not None:

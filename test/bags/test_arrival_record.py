@@ -216,7 +216,7 @@ class Markers:
         self.found = found
 
     def take(self, columns):
-        for _, messages in columns.said:
+        for _, messages in columns.beside:
             self.found += [fields for suffix, _, fields in messages if suffix == "markers"]
 
 

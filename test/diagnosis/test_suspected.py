@@ -152,4 +152,4 @@ def test_each_look_says_what_it_finds_and_has_a_part_to_look_with():
     names = [member.NAME for member in registry.SUSPECTED]
     assert len(set(names)) == len(names)
     for member in registry.SUSPECTED:
-        assert member.TELLS and any(has_part(member, part) for part in PARTS)
+        assert member.FINDS and any(has_part(member, part) for part in PARTS)

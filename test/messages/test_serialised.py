@@ -51,7 +51,7 @@ class Both:
         published = self.own.publish_wrench(payload, self._asked(WRENCH, "wrench"))
         message = self._read(self.other, WRENCH, "wrench", payload)
         wanted = [] if message is None else self.other.on_wrench(message)
-        given = [] if published is None else [*published.estimate, *self._bytes(published.said)]
+        given = [] if published is None else [*published.estimate, *self._bytes(published.beside)]
         return given, self._bytes(wanted)
 
     def joints(self, payload):

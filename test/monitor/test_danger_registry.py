@@ -50,9 +50,9 @@ def test_the_likeliest_danger_is_the_one_the_alarm_speaks_of(danger):
     alarms = new(Alarms)
     clear_alarms(alarms)
     for level in (1, 2):
-        row = alarms.said[0]
+        row = alarms.published[0]
         row.level, row.which, row.kind = level, danger, 1
-        assert alarms_of(alarms.said)[0].message == own[level - 1]
+        assert alarms_of(alarms.published)[0].message == own[level - 1]
 
 
 @pytest.mark.parametrize(("insertion", "names"), [(0.0, ON_RIM), (0.2, IN_HOLE)])

@@ -184,7 +184,7 @@ def test_a_node_says_what_a_replay_says():
         wrench = {"force": xyz(item.sample.force), "torque": xyz(item.sample.torque)}
         fields = {"header": header(item.sample.t_ns), "wrench": wrench}
         published = stream.publish_wrench(ENCODE(fields), lambda _, fields=fields: fields)
-        live += [fields for topic, _, fields in published.said if topic == "alarms"]
+        live += [fields for topic, _, fields in published.beside if topic == "alarms"]
     replay_bag(bag, configuration, 10.0, [replayed])
     assert live == replayed.alarms
     said = {alarm["message"] for fields in live for alarm in fields["status"]}
@@ -198,5 +198,5 @@ class Heard:
         self.alarms = []
 
     def take(self, columns):
-        for _, messages in columns.said:
+        for _, messages in columns.beside:
             self.alarms += [fields for topic, _, fields in messages if topic == "alarms"]

@@ -192,7 +192,7 @@ def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_pa
         found = []
 
         def take(self, columns):
-            for _, messages in columns.said:
+            for _, messages in columns.beside:
                 self.found += [fields for suffix, _, fields in messages if suffix == "alarms"]
 
     sink = Alarms()

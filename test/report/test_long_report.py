@@ -41,7 +41,7 @@ def noise(count):
 @pytest.fixture(scope="module")
 def long_report(tmp_path_factory):
     tracks, made = Tracks(), outputs()
-    said = columns(OutputStream(SCENE), made).said
+    beside = columns(OutputStream(SCENE), made).beside
     found = replay_of(tmp_path_factory.mktemp("long") / "long.mcap", tracks)
     for k, row in enumerate(noise(COUNT)):
         t_ns = 10**9 + k * MS
@@ -56,7 +56,7 @@ def long_report(tmp_path_factory):
         found.inputs.read(WrenchSample(t_ns, tuple(read[:3]), tuple(read[3:])))
         if k % 50 == 0:
             found.inputs.read(JointSample(t_ns, ANGLES, (0.15, *turned[1:])))
-        taken = OutputColumns(Rows(np.array([t_ns]), values), said)
+        taken = OutputColumns(Rows(np.array([t_ns]), values), beside)
         tracks.take(taken)
         found.inputs.take(taken)
     path = found.path.with_suffix(".html")

@@ -5,7 +5,7 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
 
 `NAME` : str
     Names the look in counts: `look_failed_<NAME>` where it fails.
-`TELLS` : tuple of (str, str)
+`FINDS` : tuple of (str, str)
     What it finds, and where or when: a line each in the table of docs/integration.md.
 `ADOPTS`, `OFFLINE`, `LASTS`, `OF_ZERO`, `WITHOUT_WRENCH` : bool
     When it looks, and what becomes of its finding; see `suspect`. None is set as a rule.

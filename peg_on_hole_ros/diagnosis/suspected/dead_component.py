@@ -23,7 +23,7 @@ class DeadComponent(Suspect):
     """
 
     NAME = "dead_component"
-    TELLS = (
+    FINDS = (
         (
             "`the force's x stays at 0 N while the others change`, or any other component: the "
             "driver does not fill it in. Meanwhile no other setting is reported or adopted, the "
@@ -54,7 +54,7 @@ class DeadComponent(Suspect):
         return self.hides
 
     def take(self, moment: Moment, unsure: bool) -> None:
-        """Take a wrench, see the package."""
+        """Process a wrench, see the package."""
         sample = moment.sample
         now = (*sample.force, *sample.torque)
         self._rows[self._taken % DEAD_COMPONENT_TEST.reported] = now

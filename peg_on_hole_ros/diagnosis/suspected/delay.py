@@ -56,9 +56,9 @@ class Delay(Suspect):
     Refits the last second of three sliding contacts at several delays of the joint states.
 
     The estimator runs over each, as it does to calibrate; a look does one such run or climb, so
-    that no wrench waits long. A delay is told where it is surely likelier than the stated one, and
-    than another friction, zero, tilt or clearance. At a steady rate it looks like a turned hole: a
-    second in which no rate changes is not judged.
+    that no wrench waits long. A delay is reported if it is likelier by far than the stated one,
+    and than another friction, zero, tilt or clearance. At a steady rate it looks like a turned
+    hole: a second in which no rate changes is not judged.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Delay(Suspect):
     """
 
     NAME = "delay"
-    TELLS = (
+    FINDS = (
         (
             "`joints.delay`: wrench or joint states come 10 to 50 ms late, also behind a filter "
             "(`replay` alone)",
@@ -93,19 +93,19 @@ class Delay(Suspect):
         # By how much a delay is likelier than each hypothesis [nats], what each has come to, and
         # how often in a row a second has decided nothing.
         self._gains = np.zeros(len(HYPOTHESES))
-        self._told: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._spreads: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._undecided = 0
         self.restart()
 
     def restart(self) -> None:
-        """Forget what a motion has told so far."""
+        """Forget what a motion has shown so far."""
         self._kept: deque[_Look] = deque(maxlen=DELAY_TRIAL.kept)
         self._passed: list[tuple[np.ndarray, np.ndarray]] = []
         self._judging: Generator[None, None, None] | None = None
         self._wait = DELAY_TRIAL.every
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take every wrench, see the package."""
+        """Process every wrench, see the package."""
         if self.finding is None and len(t_ns):
             self._passed.append((t_ns, wrenches))
 
@@ -185,19 +185,19 @@ class Delay(Suspect):
         values = yield from _values(likelihood, x, (0.0, -first, first))
         # A delay of half as much is as likely as none.
         if max(values[first], values[-first]) < values[0.0] - DELAY_TRIAL.likelier:
-            self._gains[:], self._told = 0.0, {}
+            self._gains[:], self._spreads = 0.0, {}
             return False
         return (yield from self._try_all(likelihood, x, self._sizes(load)))
 
     def _try_all(self, likelihood, x, sizes):
-        """Report a delay that is surely likelier than what is stated, and than other settings."""
+        """Report a delay that is likelier by far than what is stated, and than other settings."""
         spread = np.where(IS_NOISE, 0.0, 4.0 * sizes.range)
         limits = x - spread, x + spread
         limits[0][FRICTION_AT] = 0.0
-        told = [self._told.get(i, (x, sizes.range)) for i in range(len(HYPOTHESES))]
+        spreads = [self._spreads.get(i, (x, sizes.range)) for i in range(len(HYPOTHESES))]
 
         def climb(i, begin):
-            centre, range_ = told[i]
+            centre, range_ = spreads[i]
             measures_ = sizes._replace(range=range_)
             search = Search(likelihood, likelihood, centre, measures_, limits)
             return search.climb(begin, self._free(HYPOTHESES[i]), DELAY_TRIAL.iterations)
@@ -224,13 +224,13 @@ class Delay(Suspect):
             return False
         peaks = [stated, late]
         for i in range(2, len(HYPOTHESES)):
-            peaks.append(climb(i, told[i][0]))
+            peaks.append(climb(i, spreads[i][0]))
             yield
         if any(peak is None for peak in peaks):
             return False
-        # As many seconds as it takes. What one has told of a zero holds in the next.
+        # As many seconds as it takes. What one has shown of a zero holds in the next.
         self._gains += [late.value - peak.value for peak in peaks]
-        self._told = {i: self._spread(i, peak, told[i][1]) for i, peak in enumerate(peaks)}
+        self._spreads = {i: self._spread(i, peak, spreads[i][1]) for i, peak in enumerate(peaks)}
         self._wait = DELAY_TRIAL.kept
         if self._gains[0] > DELAY_TRIAL.sure and self._gains[2:].min() > DELAY_TRIAL.apart:
             self.finding = self._said(float(late.x[DELAY_AT]), self._gains[0])

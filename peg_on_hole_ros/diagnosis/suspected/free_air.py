@@ -13,10 +13,10 @@ from peg_on_hole_ros.records import WrenchSample
 
 class FreeAir(Suspect):
     """
-    Looks for what stays the same in the sensor's axes of a peg that surely hangs free.
+    Looks for what stays the same in the sensor's axes of a peg that hangs free for certain.
 
-    It does where that is what is told, or where it turns and the sensor turns with it: a contact's
-    force keeps its direction in the hole.
+    It looks if the contact mode is `open`, or if the peg turns and the sensor turns with it: the
+    force of a contact keeps its direction in the hole.
 
     Parameters
     ----------
@@ -25,11 +25,11 @@ class FreeAir(Suspect):
     """
 
     NAME = "free_air"
-    TELLS = (
+    FINDS = (
         (
             "`wrench.bias_force`: a zero that is off, or along gravity `wrench.payload_mass`; "
             "tare it",
-            "a peg that is told to be free, or turns in the air with its sensor",
+            "a peg in the contact mode `open`, or one that turns in the air with its sensor",
         ),
         ("`wrench.bias_torque`: the torque alone is off, as by `sensor_xyz`", "the same"),
     )
@@ -63,7 +63,7 @@ class FreeAir(Suspect):
         self.finding: Finding | None = None
 
     def take(self, moment: Moment, unsure: bool) -> None:
-        """Take a wrench, see the package."""
+        """Process a wrench, see the package."""
         if not unsure and not moment.stands_still:
             self._take(moment.sample, moment.measured.q, moment.in_air is True)
 
@@ -138,17 +138,17 @@ class FreeAir(Suspect):
         return 0.5 * FREE_AIR_TEST.kept * (other - same) > FREE_AIR_TEST.likelier
 
     def _hangs(self, least):
-        """Tell of a weight: it keeps its direction in the hole as a contact does, and pulls."""
+        """Find a weight: it keeps its direction in the hole as a contact does, and pulls."""
         part, noise = slice(0, 3), self._noise[0] ** 2
         other, force = _spread(self._read[:, part]) / noise, self._in_hole(part)
         same, mean = _spread(force) / noise, force.sum(axis=0) / FREE_AIR_TEST.kept
         gravity = float(np.linalg.norm(self._gravity_H))
-        surely = (
+        steady = (
             same < 3.0 * FREE_AIR_TEST.same
             and 0.5 * FREE_AIR_TEST.kept * (other - same) > FREE_AIR_TEST.likelier
         )
         # Without gravity nothing weighs.
-        if not surely or not gravity:
+        if not steady or not gravity:
             return False
         pull = -float(mean @ self._gravity_H) / gravity
         if not pull > max(least, FREE_AIR_TEST.along * hypot(*mean)):

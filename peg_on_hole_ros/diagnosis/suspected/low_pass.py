@@ -23,7 +23,7 @@ class LowPass(Suspect):
     """
 
     NAME = "low_pass"
-    TELLS = (
+    FINDS = (
         (
             "`low-pass`: noise of neighbours is alike, with the filter's cut-off",
             "the quietest half second of 1.5 s and more",
@@ -41,7 +41,7 @@ class LowPass(Suspect):
         self._room = LOW_PASS_TEST.stretch
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take every wrench, see the package."""
+        """Process every wrench, see the package."""
         while len(t_ns):
             room = self._room
             self._add(t_ns[:room], wrenches[:room], min(room, len(t_ns)))

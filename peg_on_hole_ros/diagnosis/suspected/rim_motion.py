@@ -18,7 +18,7 @@ class RimMotion(Suspect):
     """
     Fits the path of the peg's lower end to its tilt, as three contacts have it.
 
-    Where the hole is counts for nothing: the path alone tells, and a peg that hardly tilts has
+    Where the hole is counts for nothing: the path alone shows it, and a peg that hardly tilts has
     none. Of a peg that hangs free nothing is taken.
 
     Parameters
@@ -28,7 +28,7 @@ class RimMotion(Suspect):
     """
 
     NAME = "rim_motion"
-    TELLS = (
+    FINDS = (
         (
             "`joints.hole_rpy`: the hole leans by 4 to 57 degrees from where it is stated",
             "a second on the rim in which the tilt changes, with `joints.hole_xyz_stddev` stated",
@@ -50,7 +50,7 @@ class RimMotion(Suspect):
         self.finding: Finding | None = None
 
     def take(self, moment: Moment, unsure: bool) -> None:
-        """Take an orientation with the peg's place, see the package."""
+        """Process an orientation with the peg's place, see the package."""
         measurement, free = moment.measured, moment.in_air is not False
         if measurement.position is None or free or self.finding is not None:
             self._kept.clear()

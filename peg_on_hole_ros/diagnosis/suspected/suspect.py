@@ -1,4 +1,4 @@
-"""What a look for a wrongly stated setting is given, and what it says: the interface of each."""
+"""What a look for a wrongly stated setting is given, and what it finds: the interface of each."""
 
 from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
@@ -67,7 +67,7 @@ class Suspect:
     Attributes
     ----------
     NAME : str
-    TELLS : tuple of (str, str)
+    FINDS : tuple of (str, str)
         See the package.
     OFFLINE : bool
         Whether it takes time that only a replay has.
@@ -80,7 +80,7 @@ class Suspect:
     WITHOUT_WRENCH : bool
         Whether its finding stands where another look `hides` findings.
     finding : Finding or None
-        What it has found; it stays until the look begins anew, or takes it back.
+        What it has found; it stays until the look begins anew, or withdraws it.
     unsure : bool
         Whether nothing sure of contacts can be published now.
     costs : ndarray, shape (settings,), or None
@@ -92,7 +92,7 @@ class Suspect:
     """
 
     NAME: ClassVar[str]
-    TELLS: ClassVar[tuple[tuple[str, str], ...]] = ()
+    FINDS: ClassVar[tuple[tuple[str, str], ...]] = ()
     OFFLINE: ClassVar[bool] = False
     ADOPTS: ClassVar[bool] = False
     LASTS: ClassVar[bool] = False
@@ -122,19 +122,19 @@ class Suspect:
         """Forget what a motion has shown."""
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take every wrench, in the order in which they came: stamps [ns], and rows (n, 6)."""
+        """Process every wrench, in the order in which they came: stamps [ns], and rows (n, 6)."""
 
     def count(self, wrenches: int) -> None:
-        """Take note of so many wrenches whose estimate was given."""
+        """Count so many wrenches whose estimate was given."""
 
     def take(self, moment: Moment, unsure: bool) -> None:
-        """Take a wrench that is due; `unsure`: whether a look before this one is."""
+        """Process a wrench that is due; `unsure`: whether a look before this one is."""
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
-        """Take the estimate at a stamp [ns] on three contacts, and whether reactions are known."""
+        """Process an estimate on three contacts, at a stamp [ns]; `determined`: its reactions."""
 
     def lift(self) -> None:
-        """Take note that the peg is not on three contacts."""
+        """Record that the peg is not on three contacts."""
 
 
 def has_part(member: type[Suspect], part: str) -> bool:

@@ -64,9 +64,9 @@ _FORCE, _ZERO = slice(2, 5), slice(2, 8)
 
 class Unobservable(Suspect):
     """
-    Holds the six equations against settings that may be off, while a peg slides on three contacts.
+    Tests settings that may be off by the six equations, while a peg slides on three contacts.
 
-    Each look tells something of all of them together, with reactions and motion open. What is
+    Each look determines something of all of them together, with reactions and motion open. What is
     left of the offset that each may have, times what it moves the reactions by, is its cost. A
     quantity that the estimator learns gives way to the others, as it would.
 
@@ -77,7 +77,7 @@ class Unobservable(Suspect):
     """
 
     NAME = "unobservable"
-    TELLS = (
+    FINDS = (
         (
             "`scene.friction`: what is learnt is far from what is stated; a force along the peg, "
             "a lever or a weight that is off looks the same",
@@ -117,20 +117,20 @@ class Unobservable(Suspect):
     def restart(self) -> None:
         """Forget what a motion has shown."""
         self._costs: Floats | None = None
-        self._told = np.zeros((len(_KIND_OF), len(_KIND_OF)))
+        self._information = np.zeros((len(_KIND_OF), len(_KIND_OF)))
         self._looked_ns: int | None = None
         self._refuted = self._wrenches = 0
 
     def lift(self) -> None:
-        """Take note that the peg is not on three contacts."""
+        """Record that the peg is not on three contacts."""
         self.restart()
 
     def count(self, wrenches: int) -> None:
-        """Take note of so many wrenches whose estimate was given."""
+        """Count so many wrenches whose estimate was given."""
         self._wrenches += wrenches
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
-        """Take an estimate on three contacts, see the package."""
+        """Process an estimate on three contacts, see the package."""
         if (
             self._looked_ns is not None
             and 0 <= t_ns - self._looked_ns < UNOBSERVABLE_TEST.period_ns
@@ -151,17 +151,17 @@ class Unobservable(Suspect):
             gain = np.linalg.solve(seen @ reactions, seen)
         except np.linalg.LinAlgError:
             return
-        told = self._told + slopes.T @ over @ (slopes - reactions @ gain @ slopes)
-        if not np.isfinite(told).all():
+        information = self._information + slopes.T @ over @ (slopes - reactions @ gain @ slopes)
+        if not np.isfinite(information).all():
             return
-        self._told = 0.5 * (told + told.T)
+        self._information = 0.5 * (information + information.T)
         scale = np.sqrt(self._prior)
-        scaled = self._told / np.outer(scale, scale) + np.eye(len(scale))
+        scaled = self._information / np.outer(scale, scale) + np.eye(len(scale))
         # Twice its deviation, as for a bound; no more than it may be off at all.
         left = np.minimum(1.0, 2.0 * np.sqrt(np.diagonal(np.linalg.inv(scaled)))) / scale
         moved = gain @ slopes
         moves = moved.copy()
-        own = self._told + np.diag(self._prior)
+        own = self._information + np.diag(self._prior)
         for off, learnt in self._gives_way:
             if len(learnt):
                 given = np.linalg.solve(own[np.ix_(learnt, learnt)], own[np.ix_(learnt, off)])
@@ -211,7 +211,7 @@ class Unobservable(Suspect):
         return slopes, E[:, n:], noise
 
     def _test(self, friction, stddev):
-        """Hold what is learnt of friction against what is stated, as a likelihood ratio."""
+        """Test the estimated friction against the stated one by a likelihood ratio."""
         stated = self._scene.friction_stddev
         open_ = stated**2 - stddev**2
         if not self._learnt[_FRICTION] or not open_ > 0.0:
@@ -251,9 +251,9 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
 
 def words(costs: dict[str, float | None], configuration: Configuration) -> str:
     """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
-    told = []
+    found = []
     for name, kind, offset in zip(WEIGHED_SETTINGS, KINDS, offsets_of(configuration).tolist()):
         if (cost := costs[name]) is not None and cost >= 1.0:
-            told.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
-    found = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(told, reverse=True)]
-    return f"not told by the last motion: {'; '.join(found)}" if found else ""
+            found.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
+    lines = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(found, reverse=True)]
+    return f"not told by the last motion: {'; '.join(lines)}" if lines else ""

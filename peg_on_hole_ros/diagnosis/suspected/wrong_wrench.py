@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.hypotheses import Meaning, changed, hypotheses, said
+from peg_on_hole_ros.diagnosis.hypotheses import Meaning, changed, describe, hypotheses
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
@@ -28,13 +28,13 @@ class WrongWrench(Suspect):
     Attributes
     ----------
     doubtful : bool
-        Whether something else fits better by far: nothing sure is to be told of contacts.
+        Whether something else fits better by far: what rests on the wrench is withheld.
 
     """
 
     NAME = "wrong_wrench"
     ADOPTS = True
-    TELLS = (
+    FINDS = (
         ("sign", "`wrench.acts_on`"),
         (
             "axes of the base, or of the sensor turned by any of 24 quarter and half turns",
@@ -62,7 +62,7 @@ class WrongWrench(Suspect):
         self._costs = np.array([each.cost for each in self._all])
         all_said = [set(each.settings) for each in self._all]
         self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
-        # Which of its axes is mirrored a round peg hardly tells: that one is, is enough.
+        # A round peg hardly shows which of its axes is mirrored: it is enough that one is.
         self._left = np.array([each.left_handed for each in self._all])
         for each, rival in zip(self._all, self._rival):
             if each.mirrored:
@@ -84,11 +84,11 @@ class WrongWrench(Suspect):
 
     @property
     def unsure(self) -> bool:
-        """Whether nothing sure is to be told of contacts."""
+        """Whether what rests on the wrench is withheld."""
         return self.doubtful or self.finding is not None or self._coarse
 
     def take(self, moment: Moment, unsure: bool) -> None:
-        """Take a wrench and the latest orientation, see the package."""
+        """Process a wrench and the latest orientation, see the package."""
         before = self.finding
         self._take(moment.sample, moment.measured)
         self._is_new = self.finding is not before
@@ -126,7 +126,7 @@ class WrongWrench(Suspect):
             self._judge()
 
     def _notice_steps(self, values, part):
-        """Take the steps in which a driver rounds forces (0) or torques (1) for noise."""
+        """Use the steps in which a driver rounds forces (0) or torques (1) as noise."""
         steps = self._steps[part]
         if steps.notice(values):
             noise = self._known[3 * part] + steps.variance
@@ -154,7 +154,7 @@ class WrongWrench(Suspect):
         if after > min(WRONG_WRENCH_TEST.halved * before, self._balanced()):
             return
         self.doubtful = bool(gains[best] > WRONG_WRENCH_TEST.doubt)
-        # What says the same and more is no rival: it is tried again from there on.
+        # What states the same and more is no rival: it is tried again from there on.
         rival = gains[self._rival[best]].max()
         if (
             n < WRONG_WRENCH_TEST.enough
@@ -168,7 +168,7 @@ class WrongWrench(Suspect):
             near = np.flatnonzero(gains > gains[best] - WRONG_WRENCH_TEST.apart).tolist()
             others = {self._all[i].mirrored for i in near} - {found.mirrored, ""}
             alike = sorted(others) if found.mirrored else []
-            text, instead = said(found, before, after, alike), changed(self._stated, found)
+            text, instead = describe(found, before, after, alike), changed(self._stated, found)
             # Several faults at once fit by chance.
             self.finding = Finding(text, instead, voids=True, alone=len(instead) == 1)
 

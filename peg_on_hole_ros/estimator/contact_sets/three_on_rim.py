@@ -188,7 +188,7 @@ def _differentiate_apart(
     scene : SceneScalars
     geo : ClosedForms
     rates, wrench, y : tuple
-        As `derivatives` takes them.
+        Parameters of `derivatives`.
     frictions : tuple
         At B1 and B2, and at K.
 

@@ -73,7 +73,7 @@ def linearise(
         kalman.state, kalman.settings, kalman.places, kalman.scratch,
     )  # fmt: skip
     n, load, share = places.reactions, state.load, settings.direction_share
-    # Contacts that give let the hole be wider, where above gamma0 they let the peg be thicker.
+    # Contacts that give act as a wider hole; above gamma0 they act as a thicker peg.
     scene = scene_at(scene, x, places, -load)
     E, residual, noise = scratch.jacobian, scratch.residual, scratch.direction_noise
     gamma = two_point_tilt(scene, x[0])
@@ -114,7 +114,7 @@ def linearise(
 def _subtract_inertia(
     scene: SceneScalars, x: Floats, gamma: float, inertia: float, scratch: Scratch
 ) -> None:
-    """Add what accelerations take; those of the place along the hole are noise."""
+    """Add the inertia of accelerations; those of the place along the hole are noise."""
     s, c, E = sin(gamma), cos(gamma), scratch.jacobian
     h_c = 0.5 * (scene.D - scene.d * c) - scene.H_c * s
     rows = (
@@ -136,7 +136,7 @@ def _subtract_contact(
     kalman: FilterRecord, scene: SceneScalars, x: Floats, contact: int, arm: Arm, scale2: float
 ) -> None:
     """
-    Take the force of K (0) or B (1) off the residual, and fill in its Jacobian.
+    Subtract the force of K (0) or B (1) from the residual, and fill in its Jacobian.
 
     Parameters
     ----------

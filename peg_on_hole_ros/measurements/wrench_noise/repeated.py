@@ -4,7 +4,7 @@ from math import sqrt
 
 from peg_on_hole_ros.measurements.angles import turn_between
 from peg_on_hole_ros.measurements.freshness import Oriented
-from peg_on_hole_ros.measurements.repeats import Repeats, held, notice, said
+from peg_on_hole_ros.measurements.repeats import Repeats, describe, held, notice
 from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -82,7 +82,7 @@ def is_off(state: Repeated) -> bool:
 
 def causes(state: Repeated, variance: Floats) -> list[str]:
     """Return what is reported to a user: a line, or none."""
-    if repeats := said(state.repeats):
+    if repeats := describe(state.repeats):
         return [f"wrench: {repeats}"]
     if state.stood_still <= REPEATED_VALUES.reported:
         return []

@@ -4,7 +4,7 @@ Dangers: what may jam the peg within a short time, one module for each.
 A member of `registry.Danger` has a module here, with the same interface:
 
 `ADVICE` : (str, str)
-    What the alarm `jamming` says at WARN and at ERROR where this danger is the likeliest cause:
+    What the alarm `jamming` states at WARN and at ERROR where this danger is the likeliest cause:
     what happens, and what an operator or a program can do about it.
 A `Record` of the danger's name
     What the danger remembers from one wrench to the next, and what it found at the last: a
@@ -12,7 +12,7 @@ A `Record` of the danger's name
 `forget(found)`
     Begins anew with the next wrench.
 `assess(found, situation)`
-    Takes a wrench, and fills in what is found. A `situation.Situation` is what all dangers are
+    Processes a wrench, and fills in what is found. A `situation.Situation` is what all dangers are
     judged by: the estimate, how the peg moves, and the push that closes it.
 
 `load` has `break_course(found)` as well: a course of values so far is no trend to go on.

@@ -56,7 +56,7 @@ def forget(found: Load) -> None:
 @compiled
 def break_course(found: Load) -> None:
     """
-    Let the course of the reactions begin anew: they are no numbers to use, or jump.
+    Begin the course of the reactions anew: they are no numbers to use, or jump.
 
     They do where the peg does not move as predicted: what changes reactions and motion at once,
     as another friction does, is no trend to go on.
@@ -68,7 +68,7 @@ def break_course(found: Load) -> None:
 
 @compiled
 def assess(found: Load, situation: Situation) -> None:
-    """Take a wrench, see the package."""
+    """Process a wrench, see the package."""
     estimate, shown, settings = situation.estimate, situation.shown, situation.settings
     found.probability, found.which = 0.0, 0
     if not (touches(shown) and reactions_usable(estimate, shown)):
@@ -99,7 +99,7 @@ def assess(found: Load, situation: Situation) -> None:
 @compiled
 def follow_load(trend: Trend, normal: float, variance: float, limit: float, dt: float) -> bool:
     """
-    Take a reaction.
+    Process a reaction.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def follow_load(trend: Trend, normal: float, variance: float, limit: float, dt: 
     carry(trend, dt, acceleration, LOAD_AHEAD.memory, 0.0)
     if not known:
         if trend.p00 > (LOAD_AHEAD.known * max(trend.value, LOAD_AHEAD.least * limit)) ** 2:
-            # Not determined for long, as at rest: what it says no more where it goes.
+            # Not determined for long, as at rest: it no longer shows where the load goes.
             forget_trend(trend)
         return False
     off = normal - trend.value

@@ -36,7 +36,7 @@ class Danger(IntEnum):
     WEDGING = 3
 
 
-# By member: what the alarm says at WARN and at ERROR.
+# By member: what the alarm states at WARN and at ERROR.
 ADVICE = (load.ADVICE, stuck.ADVICE, stall.ADVICE, wedging.ADVICE)
 # Parts of the risk as they are published, in the order of `parts`.
 PARTS = ("jamming_wedging", "jamming_stall", "jamming_load")
@@ -84,7 +84,7 @@ def forget_dangers(dangers: Dangers) -> None:
 
 @compiled
 def break_course(dangers: Dangers) -> None:
-    """Let the courses of values begin anew: the peg does not move as predicted."""
+    """Begin the courses of values anew: the peg does not move as predicted."""
     load.break_course(dangers.load)
 
 
@@ -99,7 +99,7 @@ def assess_dangers(
     passed: Passed,
 ) -> None:
     """
-    Take a wrench: fill in each danger, and the risk of any.
+    Process a wrench: fill in each danger, and the risk of any.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ ADVICE = (
 )
 # A peg on a compliant holder slides where holder and friction balance: its tilt follows the
 # holder's program, less what the holder gives way to the push, tilt = program + c push. The push
-# is known a hundred times better than the tilt's rate, so c and the push's trend tell when the
+# is known a hundred times better than the tilt's rate, so c and the push's trend show when the
 # closing ends. docs/jamming.md, "Stall", derives it.
 
 
@@ -69,7 +69,7 @@ def forget(stall: Stall) -> None:
 
 @compiled
 def assess(stall: Stall, situation: Situation) -> None:
-    """Take a wrench, see the package."""
+    """Process a wrench, see the package."""
     moving, pushed, passed = situation.moving, situation.pushed, situation.passed
     measured, shown = situation.measured, situation.shown
     if pushed.taken:
@@ -91,7 +91,7 @@ def assess(stall: Stall, situation: Situation) -> None:
 @compiled
 def follow_push(stall: Stall, push: float, variance: float, held: float, dt: float) -> None:
     """
-    Take a push.
+    Process a push.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def follow_tilt(
     stall: Stall, tilt: float, variance: float, held: float, since: float, ago: float
 ) -> None:
     """
-    Take an orientation, after the push.
+    Process an orientation, after the push.
 
     Parameters
     ----------

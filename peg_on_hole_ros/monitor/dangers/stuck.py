@@ -36,7 +36,7 @@ class Stuck(Record):
     insertion, margin : float
         l/d, and Whitney's margin [N].
     beyond : float
-        By how many standard deviations the load is surely beyond the diagram, in the mean.
+        Running mean of `OnDiagram.beyond_low_friction`.
 
     """
 
@@ -56,9 +56,9 @@ class OnDiagram(NamedTuple):
     ----------
     insertion, margin : float
         l/d, and Whitney's margin [N].
-    beyond, surely : float
+    beyond, beyond_low_friction : float
         By how many standard deviations the margin is used up, and by how many of them with a
-        friction that is one deviation less.
+        friction that is one standard deviation lower.
     width : float
         How many of them twice the push is wide.
     locks, held, pressed : float
@@ -70,7 +70,7 @@ class OnDiagram(NamedTuple):
     insertion: float
     margin: float
     beyond: float
-    surely: float
+    beyond_low_friction: float
     width: float
     locks: float
     held: float
@@ -91,7 +91,7 @@ def _clear(found: Stuck) -> None:
 
 @compiled
 def assess(found: Stuck, situation: Situation) -> None:
-    """Take a wrench, see the package."""
+    """Process a wrench, see the package."""
     if not is_inside(situation.shown):
         _clear(found)
         return
@@ -119,11 +119,11 @@ def _stuck_in_hole(found: Stuck, situation: Situation) -> tuple[float, float]:
     kept = below(load.beyond)
     rest = rests(depth)
     share = min(situation.passed.dt / STUCK_IN_HOLE.beyond_over, 1.0)
-    found.beyond += share * (load.surely - found.beyond)
+    found.beyond += share * (load.beyond_low_friction - found.beyond)
     # A peg that slides is at the diagram's edge; one that rests is anywhere beyond it, up to
     # twice the push, or inside where it can wedge.
     for_rest = 0.5 * max(found.beyond, 0.0) ** 2 - (1.0 - load.locks) * log(load.width)
-    # Inside says nothing, for friction may be stated too low.
+    # A load inside proves nothing, for friction may be stated too low.
     for_rest = exp(min(max(for_rest, 0.0), EVIDENCE_WEIGHTS.most))
     rest *= for_rest / (1.0 + rest * (for_rest - 1.0))
     stuck = load.held * load.pressed * rest
@@ -159,7 +159,7 @@ def _by_diagram(
     lever = 1.0 + 2.0 * scene.f * scene.d / length
     uncertain = noise * lever + 0.05 * fabs(F_z)
     uncertain = sqrt(uncertain * uncertain + by_friction * by_friction)
-    beyond, surely = -margin / uncertain, (by_friction - margin) / uncertain
+    beyond, low_friction = -margin / uncertain, (by_friction - margin) / uncertain
     # Moments about the edge leave K alone, if the peg slides in; B carries it and the side load.
     arm = length + scene.f * scene.d
     about_edge = M + 0.5 * scene.d * (c * F_z + side * s * F_x)
@@ -179,4 +179,4 @@ def _by_diagram(
     # K lies on the peg's side.
     deepest = 2.0 * scene.H_c * side * motion.gamma - (scene.D - scene.d)
     held *= below(deepest / (2.0 * scene.H_c * sqrt(max(motion.covariance[0, 0], 1e-18))))
-    return OnDiagram(length / scene.d, margin, beyond, surely, width, locks, held, pressed)
+    return OnDiagram(length / scene.d, margin, beyond, low_friction, width, locks, held, pressed)

@@ -41,7 +41,7 @@ def forget(found: Wedging) -> None:
 
 @compiled
 def assess(found: Wedging, situation: Situation) -> None:
-    """Take a wrench, see the package."""
+    """Process a wrench, see the package."""
     estimate, moving, shown = situation.estimate, situation.moving, situation.shown
     path = determinant = 0.0
     if estimate.motion.gamma > estimate.scene.gamma0 * (1.0 + PUSH_MEANS.edge):
