@@ -9,8 +9,10 @@ CONTACTS = ("K", "B1", "B2")
 # The quantities that estimates are compared in: the angles, and the reaction at each contact.
 SIX_QUANTITIES = (*ANGLES, *CONTACTS)
 ALARM_LEVELS = ("OK", "WARN", "ERROR")
-# Settings that a motion may leave untold, by what each would cost; `diagnosis.suspected` has them
-# in `unobservable`.
+# Components of a wrench, as users read of them.
+WRENCH_COMPONENTS = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
+# Settings that a motion may not determine, by what each would cost; `diagnosis.suspected` has
+# them in `unobservable`.
 WEIGHED_SETTINGS = (
     "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
     "lever",

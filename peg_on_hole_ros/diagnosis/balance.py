@@ -20,7 +20,7 @@ MODELS = 1 + WRENCH_BALANCE.frictions
 LOG_TWO_PI = log(2.0 * pi)
 
 
-class Model(Record):
+class BalanceModel(Record):
     """
     What the likelihood of any wrench needs, of one model.
 
@@ -144,7 +144,7 @@ def _to_peg(h, e, z, s, c, sp, cp, out):
 
 
 @compiled
-def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: Model) -> None:
+def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: BalanceModel) -> None:
     """
     Fill in what the likelihood of any wrench needs, of one model.
 
@@ -155,7 +155,7 @@ def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: Model) 
         Variance of what each column is multiplied with [N^2].
     noise : ndarray, shape (6,)
         Variances of the wrench.
-    model : Model
+    model : BalanceModel
         Filled.
 
     """
@@ -187,14 +187,14 @@ def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: Model) 
 
 @compiled
 def likelihood(
-    model: Model, prior: float, pushes: bool, y: np.ndarray, noise: np.ndarray, load: float
+    model: BalanceModel, prior: float, pushes: bool, y: np.ndarray, noise: np.ndarray, load: float
 ) -> tuple[float, float]:
     """
     Return the log likelihood of a wrench that a model has to balance, and what is left of it.
 
     Parameters
     ----------
-    model : Model
+    model : BalanceModel
         From `prepare`.
     prior : float
         As it was there.
@@ -238,7 +238,9 @@ def likelihood(
 
 
 @compiled
-def friction_step(model: Model, slope: np.ndarray, y: np.ndarray, noise: np.ndarray) -> float:
+def friction_step(
+    model: BalanceModel, slope: np.ndarray, y: np.ndarray, noise: np.ndarray
+) -> float:
     """
     Return by how much friction is to change so that least is left (Gauss and Newton).
 
@@ -246,7 +248,7 @@ def friction_step(model: Model, slope: np.ndarray, y: np.ndarray, noise: np.ndar
 
     Parameters
     ----------
-    model : Model
+    model : BalanceModel
         From `prepare`, of contacts.
     slope : ndarray, shape (6, 3)
         How its columns change with friction.

@@ -33,7 +33,7 @@ _LEFT_HANDED = {
 }
 
 
-class Meaning(Record):
+class WrenchMeaning(Record):
     """
     What a wrench may mean, for compiled code.
 
@@ -66,7 +66,7 @@ class Hypothesis(NamedTuple):
         In which they differ from the stated ones, as `name: value`, or the units, or the axes.
     cost : float
         Before anything is measured [nats].
-    meaning : Meaning
+    meaning : WrenchMeaning
     mirrored : str
         How its axes are left-handed, where that is what it means; else empty.
     left_handed : bool
@@ -77,7 +77,7 @@ class Hypothesis(NamedTuple):
     options: WrenchInput
     settings: tuple[str, ...]
     cost: float
-    meaning: Meaning
+    meaning: WrenchMeaning
     mirrored: str
     left_handed: bool
 
@@ -135,7 +135,7 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
         settings.append(f"wrench.sensor_rpy: {[round(angle, 4) for angle in options.sensor_rpy]}")
         # One of so many turns.
         spread = log(23)
-    meaning = new(Meaning)
+    meaning = new(WrenchMeaning)
     meaning.force_factor = meaning.torque_factor = 1.0
     for name, (factor, unit) in units.items():
         settings.append(f"unit of the {name} read as {unit}")

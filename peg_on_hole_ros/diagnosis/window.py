@@ -8,7 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis.balance import (
     MODELS,
-    Model,
+    BalanceModel,
     contact_columns,
     fill_moment,
     free_columns,
@@ -24,7 +24,7 @@ from peg_on_hole_ros.mechanics.linear_algebra import TORQUE
 from peg_on_hole_ros.mechanics.scene import SceneScalars
 from peg_on_hole_ros.typed_record import Floats, Matrix3, Record, Vector3, Vector6, dtype_of
 
-_MODEL = dtype_of(Model)
+_MODEL = dtype_of(BalanceModel)
 
 
 class Looked(IntEnum):
@@ -52,7 +52,7 @@ class LookedAt(Record):
         gamma, psi, phi [rad].
     looked : Looked
     left : float
-        Squares of what is left of it as stated, see `Balance`.
+        Squares of what is left of it as stated, see `Explained`.
 
     """
 
@@ -63,7 +63,7 @@ class LookedAt(Record):
     left: float
 
 
-class Balance(Record):
+class Explained(Record):
     """
     One wrench under one hypothesis.
 
@@ -84,7 +84,7 @@ class Balance(Record):
     unbalanced: float
 
 
-class Cell(Record):
+class KnownCell(Record):
     """
     What is known of the wrench and of what it acts on.
 
@@ -142,13 +142,13 @@ def take(
     ----------
     rows : ndarray of LookedAt, shape (kept,)
         A ring; the newest is filled in but for what was looked at.
-    balances : ndarray of Balance, shape (kept, n)
+    balances : ndarray of Explained, shape (kept, n)
         Under each hypothesis; filled.
     at : int
         Place of the newest; the next is the oldest.
-    meanings : ndarray of Meaning, shape (n,)
+    meanings : ndarray of WrenchMeaning, shape (n,)
         The hypotheses; the first is what is stated.
-    cell : ndarray of Cell, shape (1,)
+    cell : ndarray of KnownCell, shape (1,)
     judged : bool
         Whether other hypotheses than the first are to be looked at.
 
@@ -315,7 +315,7 @@ def new_window(hypotheses: int) -> tuple[np.ndarray, np.ndarray]:
     """Return an empty window, and room for its balances under so many hypotheses."""
     rows = np.zeros(LOOK_WINDOW.kept, dtype_of(LookedAt))
     rows["looked"] = Looked.EMPTY
-    return rows, np.zeros((LOOK_WINDOW.kept, hypotheses), dtype_of(Balance))
+    return rows, np.zeros((LOOK_WINDOW.kept, hypotheses), dtype_of(Explained))
 
 
 def tried(rows: np.ndarray) -> np.ndarray:

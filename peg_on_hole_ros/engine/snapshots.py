@@ -23,7 +23,7 @@ _SNAPSHOTS = (
 )
 _NO_SNAPSHOT = -1
 
-_BEGIN, _FILTER = BESIDE.start // WORD, BESIDE.stop // WORD
+_BESIDE_AT, _FILTER_AT = BESIDE.start // WORD, BESIDE.stop // WORD
 
 
 class SnapshotPlaces(Record):
@@ -78,7 +78,7 @@ def new_snapshots(wrenches: int, state: State) -> Snapshots:
         places=np.zeros(1, dtype_of(SnapshotPlaces)),
         number=np.empty(wrenches, np.int64),
         unused=np.empty(_SNAPSHOTS, np.int64),
-        beside=np.empty((_SNAPSHOTS, _FILTER - _BEGIN), np.int64),
+        beside=np.empty((_SNAPSHOTS, _FILTER_AT - _BESIDE_AT), np.int64),
         estimates=room_for_estimates(_SNAPSHOTS, state),
     )
     empty(snapshots)
@@ -154,16 +154,16 @@ def save(snapshots: Snapshots, unit: int, words: Words, s: State) -> None:
         places.unused -= 1
         snapshots.number[unit] = snapshots.unused[places.unused]
     number = snapshots.number[unit]
-    snapshots.beside[number] = words[_BEGIN:_FILTER]
-    save_estimate(snapshots.estimates, number, words[_FILTER:], s)
+    snapshots.beside[number] = words[_BESIDE_AT:_FILTER_AT]
+    save_estimate(snapshots.estimates, number, words[_FILTER_AT:], s)
 
 
 @compiled
 def restore(snapshots: Snapshots, unit: int, words: Words, s: State) -> None:
     """Restore what was saved before a wrench; what follows is bit for bit what followed it."""
     number = snapshots.number[unit]
-    words[_BEGIN:_FILTER] = snapshots.beside[number]
-    restore_estimate(snapshots.estimates, number, words[_FILTER:], s)
+    words[_BESIDE_AT:_FILTER_AT] = snapshots.beside[number]
+    restore_estimate(snapshots.estimates, number, words[_FILTER_AT:], s)
 
 
 @compiled

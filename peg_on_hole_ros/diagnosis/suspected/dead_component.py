@@ -5,8 +5,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import DEAD_COMPONENT_TEST
-
-_NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
+from peg_on_hole_ros.records import WRENCH_COMPONENTS
 
 
 class DeadComponent(Suspect):
@@ -65,7 +64,8 @@ class DeadComponent(Suspect):
         if self.hides and not self._dead and (dead := self._staying(DEAD_COMPONENT_TEST.reported)):
             self._dead = {i: now[i] for i in dead}
             which = " and ".join(
-                f"{_NAMES[i]} stays at {now[i]:.4g} {'N' if i < 3 else 'N m'}" for i in dead
+                f"{WRENCH_COMPONENTS[i]} stays at {now[i]:.4g} {'N' if i < 3 else 'N m'}"
+                for i in dead
             )
             self.finding = Finding(
                 f"{which} while the others change: the sensor or its driver does not fill it in; "

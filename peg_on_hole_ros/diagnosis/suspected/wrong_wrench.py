@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.hypotheses import Meaning, changed, describe, hypotheses
+from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, describe, hypotheses
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
@@ -58,7 +58,7 @@ class WrongWrench(Suspect):
         self._taken_off = np.array(stated.taken_off)
         self._stated = configuration.wrench
         self._all = hypotheses(configuration.wrench)
-        self._meanings = np.array([each.meaning for each in self._all], dtype_of(Meaning))
+        self._meanings = np.array([each.meaning for each in self._all], dtype_of(WrenchMeaning))
         self._costs = np.array([each.cost for each in self._all])
         all_said = [set(each.settings) for each in self._all]
         self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
@@ -203,7 +203,7 @@ def _noise_of(name):
 
 
 def _cell(configuration):
-    """Return what compiled code needs to know, an array of one `window.Cell`, shape (1,)."""
+    """Return what compiled code needs to know, an array of one `window.KnownCell`, shape (1,)."""
     scene, wrench = configuration.scene, configuration.wrench
     sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
     friction = scene.friction
@@ -222,8 +222,8 @@ def _cell(configuration):
         + [WRONG_WRENCH_TEST.center_known * weight] * 3
     )
     known += np.square([wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3)
-    memory = np.zeros(1, dtype_of(window.Cell))
-    cell = at(window.Cell, memory)
+    memory = np.zeros(1, dtype_of(window.KnownCell))
+    cell = at(window.KnownCell, memory)
     cell.scene[:], cell.sensor[:] = scene_scalars(scene), sensor
     cell.payload_mass = wrench.payload_mass
     cell.payload_center[:] = R_PS @ np.array(wrench.payload_com)

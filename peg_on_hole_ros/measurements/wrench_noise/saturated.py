@@ -5,9 +5,8 @@ from typing import Annotated
 from peg_on_hole_ros.measurements.tuned import SATURATION_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.records import WRENCH_COMPONENTS
 from peg_on_hole_ros.typed_record import Floats, Integers, Record, Vector6
-
-_NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
 
 
 class Saturated(Record):
@@ -93,9 +92,9 @@ def causes(state: Saturated, variance: Floats) -> list[str]:
     component = state.stayed - 1
     if component < 0:
         return []
-    unit = "N" if component < 3 else "N m"
+    name, unit = WRENCH_COMPONENTS[component], "N" if component < 3 else "N m"
     return [
-        f"wrench: {_NAMES[component]} stays at {state.end:.4g} {unit} while the others go on: "
+        f"wrench: {name} stays at {state.end:.4g} {unit} while the others go on: "
         "the end of what the sensor measures, or its driver passes on; of such a wrench nothing "
         "is made"
     ]
