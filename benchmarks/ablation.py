@@ -63,6 +63,8 @@ SWITCHED = {
     "outlier": (("outlier", inf), ("outlier", 5.0)),
     "noise_count": (("noise_count", 30.0), ("noise_count", 300.0)),
     "noise_most": (("noise_most", 1.0),),
+    "top_friction_walk": (("top_friction_walk", 0.0), ("top_friction_walk", 2.0)),
+    "least_inherited": (("least_inherited", 0.0), ("least_inherited", 0.1)),
     "direction_share": (("direction_share", 0.0),),
     "products": (("products", 0.0),),
     "top_waits": (("top_waits", 0.0),),

@@ -8,6 +8,7 @@ FAMILIES = {
     "grid": "benchmarks.grid.grid",
     "wrong_settings": "benchmarks.grid.wrong_settings",
     "friction_drift": "benchmarks.grid.friction_drift",
+    "friction_steps": "benchmarks.grid.friction_steps",
     "offsets_learnt": "benchmarks.grid.offsets_learnt",
     "other_pegs": "benchmarks.grid.other_pegs",
     "friction_found": "benchmarks.grid.friction_found",

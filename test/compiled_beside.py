@@ -104,6 +104,7 @@ class Compiled:
         kalman.settings, kalman.scene[:] = cell.settings, scene_scalars(cell.scene)
         kalman.places = places_of(cell.open_quantities)
         kalman.walk[: cell.n], kalman.estimated[: cell.n + 3] = cell.walk, cell.learnt
+        kalman.friction_open = bool(cell.scene.friction_stddev)
         kalman.bias_map[:], kalman.noise[:] = cell.bias_map, cell.wrench_noise
         self.state, self.scratch = kalman.state, kalman.scratch
         begin_state(self.state, cell.n + 3, frictions, int(cell.settings.modes))

@@ -27,16 +27,19 @@ class Component(KalmanFilter):
     Parameters
     ----------
     cell : Cell
-    level, time : float
+    level, time, friction_walk : float
         See `Settings`.
 
     """
 
     P: np.ndarray
 
-    def __init__(self, cell: Cell, level: float, time: float) -> None:
+    def __init__(self, cell: Cell, level: float, time: float, friction_walk: float) -> None:
         super().__init__(dim_x=cell.n + 3, dim_z=6)
         self.cell, self.level, self.time, self.dt = cell, level, time, 0.0
+        learnt = cell.learnt[FRICTION] and cell.walk[FRICTION]
+        self.friction_walk, self.least = friction_walk * bool(learnt), 0.0
+        self.on_three = False
         self.along = max(level, cell.settings.mode_stddev[cell.settings.modes // 2])
         self.x = np.zeros(cell.n + 3)
 
@@ -55,6 +58,7 @@ class Component(KalmanFilter):
         self.Q[:9, :9] = np.kron(driven, density)
         known = np.arange(FRICTION, self.cell.n)
         self.Q[known, known] = self.cell.walk[FRICTION:] * dt
+        self.Q[FRICTION, FRICTION] += self.on_three * self.friction_walk**2 * dt
         super().predict()
 
     def correct(
@@ -150,6 +154,7 @@ class Component(KalmanFilter):
             measured, unknown, turned, by_friction = found
             unknown = unknown + by_friction @ products @ by_friction.T
             least = (turned * max(point[FRICTION], self.cell.scene.friction)) ** 2
+            self.least = least
             self.x, self.P = x.copy(), P.copy()
             noise = wider * measured.R + late * unknown
             value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
@@ -184,6 +189,7 @@ class ReferenceEstimator:
         self.levels = int(cell.settings.modes)
         settings = cell.settings
         modes = [of[: self.levels] for of in (settings.mode_stddev, settings.mode_time)]
+        modes.append([0.0] * (self.levels - 1) + [settings.top_friction_walk * (self.levels > 1)])
         self.frictions = [[Component(cell, *of) for of in zip(*modes)] for _ in range(frictions)]
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
@@ -192,6 +198,7 @@ class ReferenceEstimator:
         self.innovation: np.ndarray | None = None
         self.orientations: list[np.ndarray] = []
         self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
+        self.on_three = False
 
     def start(
         self,
@@ -255,19 +262,19 @@ class ReferenceEstimator:
         self.since_wrench += dt
         for g, levels in self._living():
             for component in levels:
-                component.dt = dt
+                component.dt, component.on_three = dt, self.on_three
             if self.levels == 1:
                 levels[0].predict()
                 continue
             held = self.weight[g].sum()
-            mixture = IMMEstimator(levels, self.weight[g] / held, self._changes(min(dt, 0.002)))
+            mixture = IMMEstimator(levels, self.weight[g] / held, self._changes(min(dt, 0.002), g))
             mixture.predict()
             self.weight[g] = held * mixture.cbar
 
     def _living(self):
         return [(g, levels) for g, levels in enumerate(self.frictions) if self.alive[g]]
 
-    def _changes(self, time):
+    def _changes(self, time, g):
         """Return the probabilities of changes from a level (row) to another, shape (m, m)."""
         o, m = self.cell.settings, self.levels
         M = time * (
@@ -276,6 +283,8 @@ class ReferenceEstimator:
         )
         if o.top_waits and self.alive.sum() > 1:
             M[:, -1] = 0.0
+        if self.weight[g, -1] < o.least_inherited * self.weight[g].sum():
+            M[-1] = 0.0
         return M + np.diag(1 - M.sum(axis=1))
 
     def correct(self, q: np.ndarray, R: np.ndarray) -> None:
@@ -288,7 +297,7 @@ class ReferenceEstimator:
         for g, levels in self._living():
             for j, component in enumerate(levels):
                 measured = model.orientation(self.cell, component.x, q, R)
-                found[g, j] = component.correct(measured, learnt=learnt)
+                found[g, j] = component.correct(measured, learnt=learnt, least=component.least)
         self._reweigh(found)
 
     def _follow_noise(self, q, R):
@@ -326,6 +335,7 @@ class ReferenceEstimator:
             self.air = [[]]
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.mode_time[0]) and self.covariance[RATE, RATE] > self.start_rates2
+        self.on_three = contacts == 3 and not (self.since_start < o.settling or drifts)
         if contacts not in (2, 3) or self.since_start < o.settling or drifts:
             self._in_air()
             return

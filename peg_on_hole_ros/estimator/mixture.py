@@ -33,13 +33,18 @@ def _mix(kalman: FilterRecord, first: int, shut: bool, time: float) -> None:
     n = kalman.places.reactions
     modes, share, w = settings.modes, scratch.transition, n + 3
     top = modes - 1
+    weight = 0.0
+    for i in range(modes):
+        weight += state.weight[first + i]
+    # Friction walks in the top mode: below this weight no other mode inherits from it.
+    unlikely = state.weight[first + top] < settings.least_inherited * weight
     for i in range(modes):
         stays = 1.0
         for j in range(modes):
             if i == j:
                 continue
             change = (settings.mode_rate[j] if j > i else settings.mode_rate[1]) * time
-            if shut and j == top:
+            if (shut and j == top) or (unlikely and i == top):
                 change = 0.0
             share[i, j] = change * state.weight[first + i]
             stays -= change

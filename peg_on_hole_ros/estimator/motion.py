@@ -3,6 +3,7 @@
 from math import cos, exp, sin
 
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_change import add_friction_noise
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import PROCESS_NOISE_FLOOR
@@ -46,6 +47,7 @@ def move_on(kalman: FilterRecord, component: int, dt: float) -> None:
     add_process_noise(x, P, settings, mode, dt)
     for j in range(FRICTION, n):
         P[j, j] += kalman.walk[j] * dt
+    add_friction_noise(kalman, component, dt)
 
 
 @compiled

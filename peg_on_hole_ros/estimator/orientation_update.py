@@ -139,7 +139,7 @@ def update_from_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> None:
         x = state.x[j]
         fill_orientation_jacobian(x, places, n, scratch.jacobian)
         fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
-        scratch.log_likelihood[j], _ = update(kalman, state.P[j], n, 3, 0.0)
+        scratch.log_likelihood[j], _ = update(kalman, state.P[j], n, 3, state.friction_floor[j])
         for i in range(n):
             x[i] += scratch.step[i]
         x[FRICTION] = max(x[FRICTION], 0.0)

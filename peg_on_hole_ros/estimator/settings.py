@@ -87,6 +87,14 @@ class Settings(Record):
         fewer, chance would show as noise.
     noise_most : float
         That variance is so many times the stated one at most [-]: more is another unit.
+    top_friction_walk : float
+        On three contacts friction walks by so much in the top mode, if there is a mode below it
+        [per root second]: by 0.18 in the time until the mode goes back, as far as friction may
+        step. With half of it a step in twenty is not followed.
+    least_inherited : float
+        The modes below the top inherit from it only while its weight is at least this [-]. In
+        steady motion it is less: the walk of friction stays out of them, and friction is learnt
+        as one that stays. With ten times as much, two steps in twenty are not followed.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
     direction_share : float
@@ -120,6 +128,8 @@ class Settings(Record):
     outlier: float = 10.0
     noise_count: float = 100.0
     noise_most: float = 400.0
+    top_friction_walk: float = 1.0
+    least_inherited: float = 0.01
     inertia: float = 1.0
     direction_share: float = 1.0
     products: float = 1.0

@@ -71,6 +71,7 @@ def start_mixture(kalman: FilterRecord, q: Floats, R: Floats, rate_stddev: float
     for j in range(modes * hypotheses):
         state.weight[j] /= total
     state.evidence_share, state.load = 1.0, 0.0
+    state.friction_floor[:] = 0.0
     state.time_since_start, state.time_in_contact = 0.0, -1.0
     state.time_since_wrench = state.time_since_orientation = 0.0
     forget_air(state)

@@ -130,6 +130,8 @@ class State(Record):
         Wrenches in a row that were far from what the contacts carry; the first is a spike.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
+    friction_floor : ndarray, shape (m,)
+        Of each component the floor of its friction's variance, see `friction_change`.
     contact_set : ContactSet
         Which contacts the last wrench was weighed with; UNKNOWN: it corrected nothing.
     air : sequence of 3 AirBatch
@@ -176,6 +178,7 @@ class State(Record):
     start_rate_variance: float
     misfits: int
     friction_force2: Vector3
+    friction_floor: OfComponents
     contact_set: ContactSet
     air: Annotated[MutableSequence[AirBatch], (3,)]
     mixture_mean: Values

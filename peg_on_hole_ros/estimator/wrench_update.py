@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
 from peg_on_hole_ros.estimator.direction import add_product_noise, fill_product_covariance
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_change import keep_friction_floor
 from peg_on_hole_ros.estimator.mixture import (
     combine,
     fill_evidence_share,
@@ -186,9 +187,7 @@ def _correct_component(
         add_product_noise(
             scratch.by_friction, scratch.product_covariance[j], scratch.direction_noise
         )
-        # The variance of friction has a floor: the friction error that the uncertain slip
-        # direction could cause.
-        least = (turned * max(x[FRICTION], scene.f)) ** 2
+        least = keep_friction_floor(kalman, j, turned, max(x[FRICTION], scene.f))
         E, residual, R = scratch.jacobian, scratch.residual, scratch.noise
         for a in range(6):
             t = -residual[a]

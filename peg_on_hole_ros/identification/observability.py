@@ -117,7 +117,8 @@ class ObservingFilter(ContactFilter):
             gate_threshold=inf,
         )  # fmt: skip
         unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
-        alone = default_settings(friction_hypotheses=1, products=0.0)
+        # What is observed of constants: friction among them.
+        alone = default_settings(friction_hypotheses=1, products=0.0, top_friction_walk=0.0)
         self._open = ContactFilter(opened, everything, wrench_noise, unknown, alone)
         self._told, self._runs = np.zeros((len(PARAMETER_NAMES), len(PARAMETER_NAMES))), False
         self.seconds = self._pressed = self.free = self._dt = 0.0

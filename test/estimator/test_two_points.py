@@ -170,13 +170,17 @@ def test_a_measured_depth_tells_the_clearance():
         clearance_drift=1e-6,
     )
     told = replace(truth.plan.configuration, scene=scene)
-    found = [clearance_told(truth, told, stddev) for stddev in (0.0, place)]
     clearance = true.hole_diameter - true.peg_diameter
-    (without, _), (error, stddev) = [(abs(c - clearance), s) for c, s in found]
+    # The median of three draws of the noise: in one of six, friction takes a part of it.
+    found = np.array(
+        [[clearance_told(truth, told, s, seed) for s in (0.0, place)] for seed in (1, 2, 3)]
+    )
+    without, error = np.median(np.abs(found[..., 0] - clearance), axis=0)
+    stddev = np.median(found[:, 1, 1])
     assert error < 1e-6 and error < 2 * stddev and error < 0.7 * without
 
 
-def clearance_told(truth, configuration, place_stddev):
+def clearance_told(truth, configuration, place_stddev, seed):
     """Return clearance and deviation at the end, with a place that is off by its deviation."""
     joints, t_ns = PegJoints(configuration.joints), truth.t_ns
 
@@ -190,5 +194,5 @@ def clearance_told(truth, configuration, place_stddev):
             position=at + [0.0, 0.0, place_stddev], position_covariance=covariance
         )
 
-    *_, last = Pipeline(configuration, orientation).play(measure(truth, 1))
+    *_, last = Pipeline(configuration, orientation).play(measure(truth, seed))
     return last.monitor["clearance"], last.monitor["clearance_stddev"]
