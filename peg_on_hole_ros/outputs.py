@@ -248,6 +248,12 @@ class Row(Record):
         ),
     ]
     friction_stddev: Annotated[float, _monitor("", "standard deviation of `friction`")]
+    friction_before: Annotated[
+        float,
+        _monitor(
+            "", "friction before its last step in this contact", "no step of friction was found"
+        ),
+    ]
     clearance: Annotated[
         float,
         _monitor("m", "clearance: estimated, or stated where `scene.clearance_stddev` is 0"),

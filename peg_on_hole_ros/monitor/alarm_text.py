@@ -1,5 +1,7 @@
 """The texts of the alarms, by the numbers of a row."""
 
+from math import isnan, nan
+
 import numpy as np
 
 from peg_on_hole_ros.monitor.dangers.registry import ADVICE, IN_HOLE, ON_RIM
@@ -54,7 +56,9 @@ _NAMES = (((), ON_RIM, IN_HOLE), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
 ALARM_NAMES = ("jamming", "contact_loss", "overload")
 
 
-def alarms_of(alarms: np.ndarray) -> tuple[Alarm, ...]:
+def alarms_of(
+    alarms: np.ndarray, friction_before: float = nan, friction: float = nan
+) -> tuple[Alarm, ...]:
     """
     Return the alarms in words.
 
@@ -62,11 +66,23 @@ def alarms_of(alarms: np.ndarray) -> tuple[Alarm, ...]:
     ----------
     alarms : ndarray, shape (3,)
         Of a row, see `outputs.AlarmRow`.
+    friction_before, friction : float
+        Before its last step and now [-]; NaN: no step was found.
 
     """
     if alarms["level"][0] < 0:
         return ()
-    return tuple(map(_alarm, range(len(ALARM_NAMES)), alarms.tolist()))
+    step = _friction_step(float(friction_before), float(friction))
+    jamming, *others = map(_alarm, range(len(ALARM_NAMES)), alarms.tolist())
+    return jamming._replace(message=jamming.message + step), *others
+
+
+def _friction_step(before: float, after: float) -> str:
+    """Return what follows the text on jamming once friction has stepped."""
+    if isnan(before):
+        return ""
+    how = "risen" if after > before else "fallen"
+    return f"; friction has {how} from {before:.2f} to {after:.2f}"
 
 
 def _alarm(i: int, alarm: tuple[int, int, int, int, np.ndarray]) -> Alarm:

@@ -125,6 +125,7 @@ def assess(
     if estimate.contacts == ContactSet.TWO and in_contact:
         on_contacts = 2
     fill_known(row, shown.below, memory.known, on_contacts > 0)
+    row.friction_before = memory.friction.before
     _fill_modes(row, memory, t)
     if declared.mode != Mode.OPEN and not blind:
         fill_row(memory.dangers, row)

@@ -5,6 +5,7 @@ from math import fabs
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.changed_friction import follow_friction
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
@@ -54,3 +55,4 @@ def judge(
     assess_dangers(estimate, dangers, motion, memory.depth, evidence.shown, settings, passed)
     determinant = min(dangers.wedging.determinant, fabs(estimate.determinant))
     fill_known(memory.known, estimate, determinant, settings.singular_band)
+    follow_friction(memory.friction, memory.known, estimate.contacts, passed.dt)

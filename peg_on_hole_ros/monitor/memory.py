@@ -5,6 +5,7 @@ from typing import Annotated
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import one_point
 from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
+from peg_on_hole_ros.monitor.changed_friction import FrictionStep, forget_friction
 from peg_on_hole_ros.monitor.dangers.registry import Dangers, forget_dangers
 from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
@@ -38,6 +39,7 @@ class Memory(Record):
     depth : DepthTrend
     dangers : Dangers
     known : Known
+    friction : FrictionStep
     alarms : Alarms
 
     """
@@ -53,6 +55,7 @@ class Memory(Record):
     depth: DepthTrend
     dangers: Dangers
     known: Known
+    friction: FrictionStep
     alarms: Alarms
 
 
@@ -63,6 +66,7 @@ def begin_memory(memory: Memory) -> None:
     memory.evidence, memory.points = nothing.evidence, nothing.points
     memory.motion, memory.depth = nothing.motion, nothing.depth
     memory.dangers, memory.known = nothing.dangers, nothing.known
+    memory.friction = nothing.friction
 
 
 @compiled
@@ -71,6 +75,7 @@ def forget(memory: Memory) -> None:
     forget_evidence(memory.evidence)
     forget_points(memory.points)
     forget_dangers(memory.dangers)
+    forget_friction(memory.friction)
 
 
 @compiled

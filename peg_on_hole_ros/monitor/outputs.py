@@ -45,7 +45,7 @@ class Outputs:
     def alarms(self) -> tuple[Alarm, ...]:
         """The alarms in words; empty: nobody looks after them."""
         if self._alarms is None:
-            self._alarms = alarms_of(self.row["alarms"])
+            self._alarms = alarms_of(self.row["alarms"], self.friction_before, self.friction)
         return self._alarms
 
     @property

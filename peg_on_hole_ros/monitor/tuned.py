@@ -193,6 +193,30 @@ class KnownQuantities(NamedTuple):
     gives: float = 2e-6
 
 
+class FrictionStepTest(NamedTuple):
+    """
+    When friction has stepped.
+
+    Attributes
+    ----------
+    interval : float
+        Friction is compared with that of one to two such intervals ago [s]: longer than the
+        estimate needs to follow a step.
+    least : float
+        By how much it has to differ [-]; what errors of the model do to friction is some 0.01.
+    significance : float
+        And by how much beside what both are uncertain by [standard deviations].
+    known_share : float
+        Only a friction that is known to such a share of it is compared [-].
+
+    """
+
+    interval: float = 0.2
+    least: float = 0.02
+    significance: float = 4.0
+    known_share: float = 0.05
+
+
 class RateTrend(NamedTuple):
     """
     The course of a rate, followed by itself.
@@ -476,6 +500,7 @@ ONE_POINT = OnePoint()
 PLACE_CHECK = PlaceCheck()
 MODE_DWELL = ModeDwell()
 KNOWN_QUANTITIES = KnownQuantities()
+FRICTION_STEP = FrictionStepTest()
 RATE_TREND = RateTrend()
 FOLLOWED_MOTION = FollowedMotion()
 TRANSITION_FLAG = TransitionFlag()
@@ -500,6 +525,7 @@ class MonitorNumbers(NamedTuple):
     place_check: PlaceCheck = PLACE_CHECK
     mode_dwell: ModeDwell = MODE_DWELL
     known_quantities: KnownQuantities = KNOWN_QUANTITIES
+    friction_step: FrictionStepTest = FRICTION_STEP
     rate_trend: RateTrend = RATE_TREND
     followed_motion: FollowedMotion = FOLLOWED_MOTION
     transition_flag: TransitionFlag = TRANSITION_FLAG

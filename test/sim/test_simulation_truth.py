@@ -93,7 +93,7 @@ def test_guided_motion_balances_forces_and_moments(mode):
 
 
 def test_a_motion_in_the_hole_ends_before_the_whole_peg_is_in_it():
-    """A program that closes to upright; K and the far wall then part by more than the peg's length."""
+    """A program that closes to upright parts K and the far wall by more than the peg is long."""
     given = plan("working_cycle")
     last = given.phases[-1]
     upright = replace(last, name="upright", angles=(0.0, 0.8, 5.0), duration=0.5, load=None)
