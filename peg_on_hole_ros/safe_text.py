@@ -1,7 +1,10 @@
 """Values, names and other people's words as they may stand in a line for a terminal or a log."""
 
 import re
+from collections.abc import Iterable
 
+# Of a list of names: more of them are counted.
+MOST_NAMED = 10
 # Of a value: more of it tells no more.
 MOST_SHOWN = 80
 # Control characters, lone surrogates (bytes of a file's name that are no text), separators of
@@ -41,3 +44,11 @@ def shown(value: object) -> str:
     except RecursionError:
         text = f"a {type(value).__name__}"
     return cut(printable(text))
+
+
+def listed(names: Iterable[str], most: int = MOST_NAMED) -> str:
+    """Return the first of many names, printable, and how many more there are."""
+    names = list(names)
+    first = ", ".join(cut(printable(name)) for name in names[:most])
+    more = len(names) - most
+    return f"{first} and {more} more" if more > 0 else first or "none"

@@ -3,8 +3,11 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from arm import BENT, Arm, peg_rotation
+from arm import JOINTS as ARM_JOINTS
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.messages.output import joint_state
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 UP, X, Y = np.eye(3)[[2, 0, 1]]
@@ -53,5 +56,35 @@ def poses(path, angles, sign=1.0, seed=1):
                 if i % 2 == 0:
                     noise = random.normal(0, 1e-5, 3)
                     bag.write("/joint_states", JOINTS, joints(t_ns, here + noise), t_ns)
+                t_ns += MS
+    return path
+
+
+def arm_poses(path, options, angles=POSES, in_base=False, seed=1):
+    """
+    Write a peg with a payload that an arm holds still at some angles, 0.6 s each.
+
+    Weight is that along -z of the arm's root link, and the sensor sits on the peg. Its numbers
+    are in its own axes, or in those of the root link.
+    """
+    random, t_ns, arm, q = np.random.default_rng(seed), 10**9, Arm(), BENT
+    with BagWriter(path) as bag:
+        for k, pose in enumerate(angles):
+            before = np.array(angles[max(k - 1, 0)])
+            for i in range(1000):
+                here = before + min(i / 400, 1.0) * (np.array(pose) - before)
+                if i <= 400:
+                    q = arm.joints_at(np.zeros(3), peg_rotation(here), q, options, 1e-9)
+                    R_RP = Rotation.from_euler("xyz", options.hole_rpy) * peg_rotation(here)
+                peg, payload = (-mass * R_RP.inv().apply(G) for mass in (0.5, MASS))
+                torque = np.cross(CENTER - SENSOR, peg) + np.cross(COM, payload)
+                force = peg + payload + BIAS[:3] + random.normal(0, 0.2, 3)
+                torque = torque + BIAS[3:] + random.normal(0, 0.005, 3)
+                if in_base:
+                    force, torque = R_RP.apply(force), R_RP.apply(torque)
+                bag.write("/wrench", WRENCH, wrench(t_ns, force, torque), t_ns)
+                if i % 4 == 0:
+                    state = joint_state(t_ns, ARM_JOINTS, q + random.normal(0, 1e-5, 7))
+                    bag.write("/joint_states", JOINTS, state, t_ns)
                 t_ns += MS
     return path

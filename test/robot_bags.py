@@ -20,8 +20,10 @@ def robot_configuration(source, joints=OPTIONS):
     """The configuration of a bag, with an arm to read the angles from."""
     parameters = to_parameters(stored_configuration(Bag(source)))
     parameters |= {f"joints.{name}": getattr(joints, name) for name in FIELDS + FRAMES}
-    # The wrench is that of a sensor on the peg, whatever link of the arm has the name.
-    return from_parameters(parameters | {"wrench.sensor_pose": "stated"})
+    # The wrench is that of a sensor on the peg, whatever link of the arm has the name, and gravity
+    # that of the sample, along the axis of a hole that leans here.
+    stated = {"wrench.sensor_pose": "stated", "joints.gravity_link": "stated"}
+    return from_parameters(parameters | stated)
 
 
 def arm_path(q, tolerance=1e-9):

@@ -15,6 +15,7 @@ from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import read_parameters, write_parameters
+from peg_on_hole_ros.diagnosis.suspected.stated_gravity import contradiction
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.recording import Recording, recording
@@ -70,6 +71,9 @@ def run(arguments: argparse.Namespace) -> int:
         heading = calibration_text.heading(found, str(bag.path), origin)
         text = _calibration_text(found, arguments.out)
     from_parameters(values)
+    contradicted = contradiction(configuration)
+    if contradicted:
+        text, heading = (f"{each}\nscene: {contradicted}" for each in (text, heading))
     if left_out:
         text, heading = (f"{each}\n{_left_out(left_out)}" for each in (text, heading))
     write_text(arguments.out, write_parameters(values, heading))

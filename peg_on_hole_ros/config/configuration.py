@@ -64,13 +64,20 @@ def node_options(parameters: dict[str, object]) -> NodeOptions:
 
 
 def to_parameters(configuration: Configuration, node: NodeOptions | None = None) -> dict:
-    """Return dotted name to value, in the table's order; arrays are lists, as YAML has them."""
+    """
+    Return dotted name to value, in the table's order; arrays are lists, as YAML has them.
+
+    Gravity that follows from the robot is the default, as it was stated.
+    """
+    follows = configuration.joints.robot_gravity == configuration.scene.gravity
     values = {}
     for row in PARAMETERS:
         group, _, name = row.name.rpartition(".")
         if not group and node is None:
             continue
         value = getattr(getattr(configuration, group) if group else node, name)
+        if follows and row.name == "scene.gravity":
+            value = row.default
         values[row.name] = list(value) if isinstance(value, tuple) else value
     return values
 

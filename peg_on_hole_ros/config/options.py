@@ -48,8 +48,11 @@ class JointInput:
     hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_xyz_stddev: float = 0.0
     hole_tilt_stddev: float = 0.0
+    gravity_link: str = ""
     # Text of the URDF, where it is at hand: then no file is read. No parameter.
     description: str = ""
+    # Gravity by the robot's description, hole axes [m/s^2]; None: it is not known. No parameter.
+    robot_gravity: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

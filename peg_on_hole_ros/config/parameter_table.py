@@ -69,6 +69,8 @@ METHOD_NAMES = {
     "dde_driven": "the wide-prior limit, driven by the dynamic equations",
     "quasi_static": "no inertia",
 }
+# Value of `joints.gravity_link` where the robot's description does not say where down is.
+GRAVITY_STATED = "stated"
 _TYPES = {bool: "bool", int: "integer", float: "double", str: "string"}
 
 
@@ -117,7 +119,11 @@ PARAMETERS: tuple[Parameter, ...] = (
     _scene("mass_center_height", "mass centre above the lower end face; 0: half the height"),
     _scene("transverse_inertia", "Ie about the mass centre; 0: solid cylinder"),
     _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder"),
-    _scene("gravity", "in hole axes; a hole need not be vertical"),
+    _scene(
+        "gravity",
+        "in hole axes; a hole need not be vertical. With joints.source robot the default stands "
+        "for that of the robot, see joints.gravity_link, and any other value overrides it",
+    ),
     _scene(
         "clearance_stddev",
         "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
@@ -291,6 +297,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         "rad",
         0.0,
         0.2,
+    ),
+    _joints(
+        "gravity_link",
+        "link of the URDF along whose -z gravity pulls, fixed to its root link; empty: the root "
+        f"link; {GRAVITY_STATED}: scene.gravity holds, at its default too",
     ),
     _filter(
         "method",

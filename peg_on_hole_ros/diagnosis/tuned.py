@@ -376,6 +376,21 @@ class RimMotionTest(NamedTuple):
     small: float = 1e-4
 
 
+class StatedGravityTest(NamedTuple):
+    """
+    When gravity as stated contradicts the robot's description.
+
+    Attributes
+    ----------
+    most_off : float
+        Angle between the two up to which they agree [degree]: a base that stands on a floor, or
+        the direction of a hole that was measured by hand, is off by one or two.
+
+    """
+
+    most_off: float = 3.0
+
+
 class UnobservableTest(NamedTuple):
     """
     When what is stated is refuted, and which setting it is stays open.
@@ -407,6 +422,7 @@ DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 LOW_PASS_TEST = LowPassTest()
 RIM_MOTION_TEST = RimMotionTest()
+STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
 
 
@@ -424,4 +440,5 @@ class DiagnosisNumbers(NamedTuple):
     free_air_test: FreeAirTest = FREE_AIR_TEST
     low_pass_test: LowPassTest = LOW_PASS_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
+    stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

@@ -2,11 +2,10 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment
 from peg_on_hole_ros.engine import arrival_order, ring
 from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
@@ -309,9 +308,10 @@ class Engine:
             reduction = self.processor.reduction
             self.findings.look(self.configuration, reduction, reduction.taken_off)
 
-    def describe(self, joints: JointInput) -> None:
-        """Use what the robot's description makes known."""
-        self.configuration = replace(self.configuration, joints=joints)
+    def describe(self, configuration: Configuration) -> None:
+        """Use what the robot's description makes known, before the first message is used."""
+        self.configuration = configuration
+        self._use_found()
 
     def _forget_past(self):
         """Process all that has come by the present settings; others cannot go back to it."""

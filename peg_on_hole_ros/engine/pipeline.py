@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.fence import Failures
 from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.processor import Processor
@@ -139,9 +139,11 @@ class Pipeline:
         """Use the present pose as that of a free and still peg; return what all such show."""
         return self._requests.take_pose()
 
-    def describe(self, joints: JointInput, orientation: JointOrientation) -> None:
-        """Use what the robot's description makes known, before which no joint state is used."""
-        self._engine.describe(joints)
+    def describe(self, configuration: Configuration, orientation: JointOrientation) -> None:
+        """Use what the robot's description makes known, before which no message is used."""
+        self.scene = configuration.scene
+        self._engine.describe(configuration)
+        self._requests.forget()
         self.orientation = orientation
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:

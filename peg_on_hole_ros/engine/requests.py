@@ -31,9 +31,10 @@ class Requests:
 
     def __init__(self, engine: Engine, counts: Counter[str]) -> None:
         self._engine, self._counts = engine, counts
-        self._forget()
+        self.forget()
 
-    def _forget(self):
+    def forget(self) -> None:
+        """Forget what was asked for, and begin by the settings of the engine."""
         self._expected, self._poses = Expected(), StillPoses(self._engine.configuration)
         self._free = FreeFor(self._engine.configuration)
 
@@ -60,7 +61,7 @@ class Requests:
     def reset(self) -> Answer:
         """Restart filter and monitor, forget what was learnt; the tare stays."""
         self._engine.reset()
-        self._forget()
+        self.forget()
         self._counts["reset"] += 1
         return Answer(
             True,

@@ -127,8 +127,15 @@ def configured(start: Configuration, x: np.ndarray) -> Configuration:
     joints = replace(start.joints, delay=value[DELAY_AT], position_stddev=position)
     if any(value[TILT_AT]):
         R_SH = tilt_axes(value[TILT_AT])
-        scene = replace(scene, gravity=tuple((R_SH.T @ scene.gravity).tolist()))
+        scene = replace(scene, gravity=_turned(R_SH, scene.gravity))
+        if joints.robot_gravity is not None:
+            joints = replace(joints, robot_gravity=_turned(R_SH, joints.robot_gravity))
         R = rotation_from_rpy(joints.hole_rpy) @ R_SH
         rpy = atan2(R[2, 1], R[2, 2]), asin(-R[2, 0]), atan2(R[1, 0], R[0, 0])
         joints = replace(joints, hole_rpy=rpy)
     return replace(start, scene=scene, wrench=wrench, joints=joints)
+
+
+def _turned(R_SH, gravity):
+    """Return gravity in the axes of a hole that is turned, given it in those of the start."""
+    return tuple((R_SH.T @ gravity).tolist())

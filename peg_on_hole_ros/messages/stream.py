@@ -33,6 +33,7 @@ from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample
+from peg_on_hole_ros.robot.described import described
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.safe_text import shown
@@ -228,7 +229,9 @@ class MessageStream:
             It cannot be used.
 
         """
-        self.pipeline.describe(joints, orientation_of(joints))
+        configuration = described(replace(self.pipeline.configuration, joints=joints))
+        self.pipeline.describe(configuration, orientation_of(joints))
+        self._possible(lambda look: look.take(configuration), None)
 
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""
@@ -311,10 +314,10 @@ class MessageStream:
                 return Answer(False, f"{', '.join(fixed)} cannot be set in a stream that runs")
             parameters = self._parameters | changed
             configuration, node = from_parameters(parameters), node_options(parameters)
-            described = replace(
+            with_text = replace(
                 configuration.joints, description=self.pipeline.configuration.joints.description
             )
-            configuration = replace(configuration, joints=described)
+            configuration = described(replace(configuration, joints=with_text))
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
@@ -352,6 +355,7 @@ def message_stream(
         A URDF that cannot be used.
 
     """
+    configuration = described(configuration)
     pipeline = Pipeline(configuration, orientation_of(configuration.joints), make, offline)
     return MessageStream(configuration, pipeline, markers_rate)
 

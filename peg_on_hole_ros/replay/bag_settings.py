@@ -9,6 +9,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.decode import WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.robot.described import described
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
 
@@ -52,6 +53,7 @@ def settled(bag: Bag, configuration: Configuration) -> Settled:
             raise BagError(f"{bag.path}: no message on {topic} can be read as {STRING}")
         joints = replace(joints, description=first.message.data)
         configuration = replace(configuration, joints=joints)
+    configuration = described(configuration)
     frame = _frame(bag, absolute(configuration.topics.wrench))
     if frame is None:
         return Settled(configuration, "")

@@ -9,6 +9,7 @@ from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInpu
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import rpy_of
+from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
 from peg_on_hole_ros.safe_text import shown
@@ -95,15 +96,14 @@ def _alike(stated, found, name):
 
 def _on_peg(joints: JointInput, frame: str):
     """Return xyz and rpy of a link in the peg frame, or in words why it has none."""
-    links, every = parts(description_of(joints), named(joints))
-    if joints.tip_frame not in links:
+    tree = Tree(*parts(description_of(joints), named(joints)))
+    if joints.tip_frame not in tree.links:
         # An error, which the kinematics tell.
         return ""
-    if frame not in links:
+    if frame not in tree.links:
         return f"frame_id {shown(frame)} of the wrench is no link of {named(joints)}"
-    above = {joint.child: joint for joint in every.values()}
-    tip_root, R_0T, p_0T = _rigid_root(joints.tip_frame, above)
-    root, R_0S, p_0S = _rigid_root(frame, above)
+    tip_root, R_0T, p_0T = tree.fixed(joints.tip_frame)
+    root, R_0S, p_0S = tree.fixed(frame)
     if root != tip_root:
         return (
             f"frame_id {shown(frame)} of the wrench is a link that {joints.tip_frame} moves "
@@ -114,16 +114,3 @@ def _on_peg(joints: JointInput, frame: str):
     xyz, rpy = R_0P.T @ (p_0S - p_0P), rpy_of(R_0P.T @ R_0S)
     # Noise of the last digits would be told as part of the pose.
     return tuple(tuple(round(float(x), 9) + 0.0 for x in values) for values in (xyz, rpy))
-
-
-def _rigid_root(link, above):
-    """Return the highest link that is fixed to this one, and the pose of this one in it."""
-    R, p = np.eye(3), np.zeros(3)
-    seen = {link}
-    while link in above and above[link].kind == "fixed" and above[link].parent not in seen:
-        joint = above[link]
-        turn = rotation_from_rpy(joint.rpy)
-        R, p = turn @ R, np.array(joint.xyz) + turn @ p
-        link = joint.parent
-        seen.add(link)
-    return link, R, p
