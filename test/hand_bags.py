@@ -18,22 +18,28 @@ BIAS = np.array([1.5, -2.0, 3.0, 0.04, -0.03, 0.02])
 POSES = ([0.05, 0.0, 0.0], [0.5, 0.0, 0.3], [0.5, 1.6, 0.3], [0.6, -1.5, 1.0])
 
 
-def presses(path, rpy, acts_on, pushes=(UP, X, Y), strength=25.0, seed=1):
+def presses(path, rpy, acts_on, pushes=(UP, X, Y), strength=25.0, seed=1, held=None):
     """
     Write what a sensor reads of a hanging peg that a hand pushes, 1 s each.
 
-    By Newton: what holds the peg carries its weight, and the opposite of the hand.
+    By Newton: what holds the peg carries its weight, and the opposite of the hand. `held` are the
+    angles at which it hangs, of which there are joint states; by `rpy` of None its numbers are in
+    the axes of these.
     """
     random, t_ns = np.random.default_rng(seed), 10**9
-    to_sensor = Rotation.from_euler("xyz", rpy).inv()
+    to_sensor = Rotation.from_euler("xyz", (0.0, 0.0, 0.0) if rpy is None else rpy).inv()
+    if rpy is None:
+        to_sensor = Rotation.from_matrix(peg_axes(np.array(held)))
     weight, zero = np.array([0.0, 0.0, -12.0]), np.array([3.0, -2.0, 5.0])
     with BagWriter(path) as bag:
         for push in pushes:
             for i in range(2500):
                 hand = strength * np.sin(np.pi * min(max((i - 700) / 1000, 0.0), 1.0)) * push
-                held = to_sensor.apply(-(weight + hand))
-                read = (held if acts_on == "peg" else -held) + zero + random.normal(0, 0.5, 3)
+                load = to_sensor.apply(-(weight + hand))
+                read = (load if acts_on == "peg" else -load) + zero + random.normal(0, 0.5, 3)
                 bag.write("/wrench", WRENCH, wrench(t_ns, read, [0.0] * 3), t_ns)
+                if held and i % 10 == 0:
+                    bag.write("/joint_states", JOINTS, joints(t_ns, held), t_ns)
                 t_ns += MS
     return path
 

@@ -41,14 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
         start |= {k: v for k, v in to_parameters(configuration).items() if k.startswith("topics.")}
     elif stored:
         start, origin = to_parameters(configuration), f"that in {bag.path}"
-    alone = (("axes", "sensor"), ("gravity", "measured"))
-    for name, taken in alone[: 1 if arguments.presses else 2]:
-        stated = getattr(configuration.wrench, name)
-        if stated != taken:
-            raise PegOnHoleError(
-                f"wrench.{name} = {stated!r}: calibrate takes wrenches with "
-                f"wrench.{name}: {taken} alone; record them so"
-            )
+    gravity = configuration.wrench.gravity
+    if gravity != "measured" and not arguments.presses:
+        raise PegOnHoleError(
+            f"wrench.gravity = {gravity!r}: calibrate takes wrenches with wrench.gravity: "
+            "measured alone; record them so"
+        )
     left_out: Counter[str] = Counter()
     if arguments.presses:
         told, text = found_axes(bag, configuration, left_out)

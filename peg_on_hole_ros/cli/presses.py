@@ -1,14 +1,18 @@
-"""`peg-on-hole calibrate --presses`: sensor_rpy and acts_on from three presses of a hand."""
+"""`peg-on-hole calibrate --presses`: axes, sensor_rpy and acts_on from three presses of a hand."""
 
 from collections import Counter
+
+import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.sound_samples import sound_wrenches, take_wrench
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.identification.presses import find_axes
-from peg_on_hole_ros.messages.decode import WRENCH_TYPE
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.identification.presses import Presses, axes_of, find_axes, held_orientation
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.records import JointSample, WrenchSample
 
 
 def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -> tuple[dict, str]:
@@ -25,7 +29,8 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
     Raises
     ------
     BagError
-        There is no wrench.
+        There is no wrench; or no orientation, where the numbers are stated to be in axes that
+        stand still.
     PegOnHoleError
         As `find_axes`.
 
@@ -38,13 +43,53 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
         for count, item in enumerate(bag.items(types)):
             progress(count / total)
             take_wrench(item.sample, samples, left_out)
-    found = find_axes(sound_wrenches(samples, left_out))
-    rpy = [round(angle, 6) + 0.0 for angle in found.rpy]
+    pressed = find_axes(sound_wrenches(samples, left_out))
+    R_HP = _orientation(bag, configuration)
+    if R_HP is None and configuration.wrench.base_rpy is not None:
+        raise BagError(
+            f"{bag.path} has no joint state that can be used: with wrench.axes: "
+            f"{configuration.wrench.axes} presses tell nothing without the peg's orientation; "
+            "record the joint states too"
+        )
+    return _parameters_and_text(pressed, configuration, R_HP)
+
+
+def _orientation(bag, configuration):
+    """Return how the peg was held, R_HP, or None where no joint state tells it."""
+    topic = absolute(configuration.topics.joint_states)
+    info = bag.topics.get(topic)
+    if info is None or info.types not in ([JOINTS_TYPE], [""]):
+        return None
+    orientation, joints = orientation_of(configuration.joints), configuration.joints
+    with ProgressBar("decoding") as progress:
+        measured = []
+        for count, item in enumerate(bag.items({topic: JOINTS_TYPE}, joints.names)):
+            progress(count / info.count)
+            if isinstance(item.sample, JointSample):
+                measured.append(orientation(item.sample))
+    return held_orientation([each for each in measured if not isinstance(each, str)])
+
+
+def _parameters_and_text(pressed: Presses, configuration, R_HP: np.ndarray | None):
+    found = axes_of(pressed, configuration, R_HP)
+    values: dict[str, object] = {"wrench.acts_on": pressed.acts_on, "wrench.axes": found.axes}
     lines = [
-        f"three presses of {', '.join(f'{force:.0f}' for force in found.forces)} N: up, x, y",
-        f"wrench.acts_on: {found.acts_on}",
-        f"wrench.sensor_rpy: {rpy}",
-        f"the hand missed its directions by {found.missed:.0f} degrees"
-        + (f", and the nearest quarter turn by {found.turned:.0f}" if found.turned else ""),
+        f"three presses of {', '.join(f'{force:.0f}' for force in pressed.forces)} N: up, x, y",
+        f"wrench.acts_on: {pressed.acts_on}",
+        f"wrench.axes: {found.axes}",
     ]
-    return {"wrench.acts_on": found.acts_on, "wrench.sensor_rpy": rpy}, "\n".join(lines)
+    turned = pressed.turned
+    if found.axes == "sensor":
+        rpy = [round(angle, 6) + 0.0 for angle in pressed.rpy]
+        values["wrench.sensor_rpy"] = rpy
+        lines.append(f"wrench.sensor_rpy: {rpy}")
+        beside = f", and the nearest quarter turn by {turned:.0f}" if turned else ""
+    else:
+        beside = f", and the axes of {found.axes} by {found.off:.0f}"
+    lines.append(f"the hand missed its directions by {pressed.missed:.0f} degrees{beside}")
+    if found.alike:
+        lines.append(
+            f"in this pose the axes of {found.alike} look the same; where it may be these, press "
+            "again with the peg held at another tilt"
+        )
+    return values, "\n".join(lines)

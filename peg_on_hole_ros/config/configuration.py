@@ -280,6 +280,12 @@ def _check_together(configuration):
             f"which is {joints.source!r}: the peg's own angles do not tell where it is; set it "
             "to 0.0"
         )
+    axes = configuration.wrench.axes
+    if not axes or joints.source != "robot" and axes not in ("sensor", "base"):
+        raise PegOnHoleError(
+            f"wrench.axes = {shown(axes)} is not one of sensor, base; the name of a link needs "
+            "joints.source robot"
+        )
     if joints.source == "robot":
         for name in ("urdf", "tip_frame"):
             if not getattr(joints, name):

@@ -1,9 +1,26 @@
 """Settings of the pipeline's parts, as plain records; `configuration` checks and fills them."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.scene import Scene
+
+
+class BaseLink(NamedTuple):
+    """
+    A link of the robot that stands still.
+
+    Attributes
+    ----------
+    name : str
+    rpy : tuple of 3 float
+        Its axes in those of the root link [rad].
+
+    """
+
+    name: str
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -29,6 +46,13 @@ class WrenchInput:
     tare_automatically: bool = False
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    # Links that stand still, in whose axes numbers may be. No parameter.
+    base_links: tuple[BaseLink, ...] = (BaseLink("base"),)
+
+    @property
+    def base_rpy(self) -> tuple[float, float, float] | None:
+        """Axes of the numbers in the root link [rad]; None: those of the sensor."""
+        return next((link.rpy for link in self.base_links if link.name == self.axes), None)
 
 
 @dataclass(frozen=True)

@@ -145,9 +145,10 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench(
         "axes",
-        "axes in which the numbers are: the sensor's, or the robot's base, as some drivers send "
-        "them whatever frame_id says; for joints.source peg the base is that of the angles",
-        choices=("sensor", "base"),
+        "axes in which the numbers are: sensor; base, as some drivers send them whatever frame_id "
+        "says: the link of that name where the URDF has one that stands still, else its root "
+        "link, and for joints.source peg the axes of the angles; or any link of the URDF that is "
+        "fixed to the root link or to the tip",
     ),
     _wrench(
         "gravity",

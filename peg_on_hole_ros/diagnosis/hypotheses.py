@@ -86,14 +86,17 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
     """Return what a wrench may mean, what is stated first."""
     found = [_hypothesis(stated, stated)]
     R_PS = rotation_from_rpy(stated.sensor_rpy)
+    of_sensor = stated.axes if stated.base_rpy is None else "sensor"
     for turn, robot, compensated in product(quarter_turns(), (False, True), (False, True)):
         rpy = stated.sensor_rpy
         if not np.array_equal(turn, np.eye(3)):
             rpy = tuple(round(angle, 6) + 0.0 for angle in rpy_of(R_PS @ turn))
-        options = replace(stated, sensor_rpy=rpy, axes="sensor")  # type: ignore[arg-type]
+        options = replace(stated, sensor_rpy=rpy, axes=of_sensor)  # type: ignore[arg-type]
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
-    for robot, compensated in product((False, True), (False, True)):
-        options = replace(stated, axes="base")
+    # Of links that are not turned against each other the first names them all.
+    links = stated.base_links[::-1]
+    for link, robot, compensated in product(links, (False, True), (False, True)):
+        options = replace(stated, axes=link.name)
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
     for units in _UNITS:
         found.append(_hypothesis(stated, stated, units))
@@ -140,9 +143,9 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
     for name, (factor, unit) in units.items():
         settings.append(f"unit of the {name} read as {unit}")
         setattr(meaning, f"{name}_factor", factor)
-    meaning.in_base_axes = options.axes == "base"
+    meaning.in_base_axes = options.base_rpy is not None
     meaning.weight_removed = options.gravity == "compensated"
-    axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
+    axes = rotation_from_rpy(options.base_rpy or options.sensor_rpy)
     if mirror:
         axes = axes @ _LEFT_HANDED[mirror]
     meaning.axes[:] = -axes if options.acts_on == "robot" else axes
@@ -183,6 +186,8 @@ def describe(found: Hypothesis, before: float, after: float, alike: Sequence[str
 
     """
     why = _WHY.get(found.settings[0], "")
+    if not why and found.options.base_rpy is not None:
+        why = f": its numbers are in the axes of {found.options.axes}, whatever frame_id is"
     settings = " or ".join([" and ".join(found.settings), *alike])
     return f"with {settings} the forces balance to {after:.2g} N instead of {before:.2g} N{why}"
 

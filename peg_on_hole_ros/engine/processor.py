@@ -17,7 +17,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.freshness import causes
-from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
+from peg_on_hole_ros.measurements.measurement import WrenchReduction, in_sensor, noise_of
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
 from peg_on_hole_ros.measurements.wrench_noise import repeated, rough, saturated
 from peg_on_hole_ros.monitor.memory import begin_memory
@@ -158,6 +158,12 @@ class Processor:
     def gravity_in_sensor(self) -> np.ndarray:
         """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""
         return self.reduction.in_sensor(self.filter.x[:3], self.filter.gravity)
+
+    def in_sensor_axes(self, wrench: np.ndarray) -> np.ndarray:
+        """Return a wrench as received as the sensor reads it, whatever axes it came in, (6,)."""
+        read = wrench.copy()
+        in_sensor(self.reduction.steps, read, self.filter.x[:3])
+        return self.reduction.sign * read
 
     def zero_of(self, wrench: np.ndarray) -> np.ndarray:
         """Return the `WrenchReduction.tare` with which a wrench is a free peg's, shape (6,)."""

@@ -112,8 +112,9 @@ class Requests:
         if refused:
             return Answer(False, f"no pose taken: {refused}")
         mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
-        gravity_S = self._engine.processor.gravity_in_sensor
-        return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
+        processor = self._engine.processor
+        read = processor.in_sensor_axes(mean)
+        return Answer(True, self._poses.take(processor.gravity_in_sensor, read, len(samples)))
 
     @property
     def _all_the_same(self) -> bool:

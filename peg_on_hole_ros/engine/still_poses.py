@@ -29,11 +29,8 @@ class StillPoses:
     @property
     def refused(self) -> str:
         """Why no pose determines anything under these settings; empty: each does."""
-        wrench = self._configuration.wrench
-        for name, needed in (("axes", "sensor"), ("gravity", "measured")):
-            stated = getattr(wrench, name)
-            if stated != needed:
-                return f"wrench.{name} is {stated}, payload and zero need wrench.{name}: {needed}"
+        if self._configuration.wrench.gravity != "measured":
+            return "wrench.gravity is compensated, payload and zero need wrench.gravity: measured"
         return ""
 
     def take(self, gravity_S: np.ndarray, wrench: np.ndarray, count: int) -> str:
@@ -45,7 +42,7 @@ class StillPoses:
         gravity_S : ndarray, shape (3,)
             In sensor axes [m/s^2].
         wrench : ndarray, shape (6,)
-            Mean as received [N], [N m].
+            Mean as the sensor reads it, sensor axes [N], [N m].
         count : int
             Of how many wrenches.
 

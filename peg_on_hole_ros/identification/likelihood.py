@@ -20,7 +20,12 @@ from peg_on_hole_ros.identification.accumulate import (
     accumulate,
 )
 from peg_on_hole_ros.identification.quantities import DELAY_AT, TILT_AT, configured
-from peg_on_hole_ros.identification.recording import Recording, turned
+from peg_on_hole_ros.identification.recording import (
+    Recording,
+    angles_at_wrenches,
+    in_sensor_axes,
+    turned,
+)
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, tilt_axes
 from peg_on_hole_ros.mechanics.reference import peg_axes
@@ -130,9 +135,8 @@ class Likelihood:
             moved = [smooth(t + ahead) - smooth(t) for t, smooth in self._smooth]
             record = record._replace(q=record.q + np.concatenate(moved))
         t = record.joint_t - start.joints.delay
-        if start.wrench.axes == "base":
-            # As the angles have it that are measured, whatever the hole's tilt.
-            record = record._replace(wrench=_in_sensor(record, t, start))
+        # As the angles have it that are measured, whatever the hole's tilt.
+        record = record._replace(wrench=in_sensor_axes(record, start))
         if any(x[TILT_AT]):
             record = turned(record, tilt_axes(x[TILT_AT]).T)
         wide = configuration.joints.position_stddev / start.joints.position_stddev
@@ -204,24 +208,13 @@ def _spline(t, q) -> tuple[np.ndarray, Callable]:
     return t, make_lsq_spline(t, q, np.r_[[t[0]] * 4, inner, [t[-1]] * 4], k=3)
 
 
-def _in_sensor(record: Recording, t, configuration: Configuration) -> np.ndarray:
-    """Return wrenches with numbers in the axes of the base as a sensor reads them, (n, 6)."""
-    reduction = WrenchReduction(
-        configuration.wrench, configuration.scene, configuration.joints.hole_rpy
-    )
-    R_SP, R_HB = reduction.steps.peg_in_sensor, reduction.steps.base_in_hole
-    R_SB = np.einsum("ij,kjn,kl->nil", R_SP, peg_axes(_angles(record, t)), R_HB)
-    parts = record.wrench[:, :3], record.wrench[:, 3:]
-    return np.hstack([np.einsum("nij,nj->ni", R_SB, part) for part in parts])
-
-
 def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
     """Return wrenches, sensor axes, as those on the peg about its mass centre, (n, 6)."""
     wrench = replace(configuration.wrench, axes="sensor")
     reduction = WrenchReduction(wrench, configuration.scene)
     on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T
     if reduction.steps.mass:
-        R_HP = peg_axes(_angles(record, t))
+        R_HP = peg_axes(angles_at_wrenches(record, t))
         gravity_P = np.einsum("ijk,i->kj", R_HP, configuration.scene.gravity)
         nothing, upright = np.zeros(3), np.zeros(3)
         still = reduction.on_peg(nothing, nothing, upright, np.zeros(3))
@@ -229,8 +222,3 @@ def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
             reduction.on_peg(nothing, nothing, upright, axis) - still for axis in np.eye(3)
         ]
     return on_peg
-
-
-def _angles(record, t):
-    """Return gamma, psi, phi at the wrenches, shape (3, n)."""
-    return np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.identification.recording import Recording, motion
+from peg_on_hole_ros.identification.recording import Recording, in_sensor_axes, motion
 from peg_on_hole_ros.identification.tuned import STILL_POSE_TEST
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.mechanics.reference import peg_axes
@@ -79,7 +79,7 @@ def payload_of(
     g_S : ndarray, shape (n, 3)
         Gravity in sensor axes [m/s^2].
     wrench : ndarray, shape (n, 6)
-        Means as received [N], [N m].
+        Means as the sensor reads them, sensor axes [N], [N m].
     count : ndarray of int, shape (n,)
         Of how many wrenches each is the mean.
     configuration : Configuration
@@ -135,7 +135,7 @@ def _poses(record, configuration):
     edges = np.flatnonzero(np.diff(np.r_[False, slow, False].astype(int)))
     R_SP = rotation_from_rpy(configuration.wrench.sensor_rpy).T
     found = [], [], []
-    t = record.joint_t - configuration.joints.delay
+    t, wrench = record.joint_t - configuration.joints.delay, in_sensor_axes(record, configuration)
     for begin, end in zip(edges[::2], edges[1::2]):
         if t[end - 1] - t[begin] < STILL_POSE_TEST.shortest:
             continue
@@ -144,7 +144,7 @@ def _poses(record, configuration):
             continue
         R_HP = peg_axes(moved.q[begin:end].mean(axis=0))
         found[0].append(R_SP @ R_HP.T @ np.array(configuration.scene.gravity))
-        found[1].append(record.wrench[at].mean(axis=0))
+        found[1].append(wrench[at].mean(axis=0))
         found[2].append(int(at.sum()))
     return tuple(np.array(each) for each in found)
 

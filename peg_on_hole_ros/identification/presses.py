@@ -6,10 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.tuned import HAND_PRESS
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Pushes on the peg, peg axes: up at its lower end, then along x, then along y.
 PUSHES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T
@@ -32,6 +35,8 @@ class Presses(NamedTuple):
         By how much the presses were off their directions, root mean square [degrees].
     forces : ndarray, shape (3,)
         Of the presses [N].
+    snapped : bool
+        Whether a quarter turn is near.
 
     """
 
@@ -41,6 +46,7 @@ class Presses(NamedTuple):
     turned: float
     missed: float
     forces: np.ndarray
+    snapped: bool
 
 
 def find_axes(samples: Sequence[WrenchSample]) -> Presses:
@@ -79,7 +85,7 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
             "end first, then along x, then along y of the peg frame"
         )
     near = min(quarter_turns(), key=lambda turn: -np.trace(R_PS.T @ turn))
-    turned = degrees(float(np.arccos(np.clip(0.5 * (np.trace(R_PS.T @ near) - 1.0), -1.0, 1.0))))
+    turned = _degrees_between(R_PS, near)
     snaps = turned <= HAND_PRESS.snap
     return Presses(
         "robot" if sign > 0.0 else "peg",
@@ -88,6 +94,7 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
         turned if snaps else 0.0,
         missed,
         forces,
+        snaps,
     )
 
 
@@ -115,3 +122,73 @@ def _pressed(samples):
                 found.append(change[part][firm].mean(axis=0))
             begun = None
     return np.array(found).reshape(-1, 3)
+
+
+class Axes(NamedTuple):
+    """
+    Whose axes the numbers are in.
+
+    Attributes
+    ----------
+    axes : str
+        As `wrench.axes` has them.
+    off : float
+        Between these and what the hand had [degrees].
+    alike : str
+        Others that look the same in the pose of the presses; empty: none.
+
+    """
+
+    axes: str
+    off: float
+    alike: str
+
+
+def held_orientation(measured: Sequence[AngleMeasurement]) -> np.ndarray | None:
+    """Return the mean orientation of a peg that is held still, R_HP (3, 3), or None of none."""
+    if not measured:
+        return None
+    left, _, right = np.linalg.svd(np.mean([peg_axes(each.q) for each in measured], axis=0))
+    return left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+
+
+def axes_of(pressed: Presses, configuration: Configuration, R_HP: np.ndarray | None) -> Axes:
+    """
+    Return whose axes the numbers are in: those that are stated, unless others fit and they do not.
+
+    Parameters
+    ----------
+    pressed : Presses
+    configuration : Configuration
+    R_HP : ndarray, shape (3, 3), or None
+        How the peg was held; without it the axes are the sensor's.
+
+    """
+    wrench, R_PN = configuration.wrench, rotation_from_rpy(pressed.found)
+    off = {"sensor": pressed.turned}
+    fits = ["sensor"] if pressed.snapped else []
+    for name, R_PL in _axes_of_links(configuration, R_HP):
+        off[name] = _degrees_between(R_PN, R_PL)
+        if off[name] <= HAND_PRESS.snap:
+            fits.append(name)
+    nearest = min(fits, key=lambda name: (name != "sensor", off[name]), default="sensor")
+    axes = wrench.axes if wrench.axes in fits else nearest
+    # A link and another that is not turned against it are one.
+    others = [name for name in fits if off[name] != off[axes]]
+    return Axes(axes, off[axes], others[0] if others else "")
+
+
+def _axes_of_links(configuration: Configuration, R_HP: np.ndarray | None):
+    """Yield links in whose axes numbers may be, and their axes in the peg frame."""
+    wrench = configuration.wrench
+    if wrench.axes != "sensor" and wrench.base_rpy is None:
+        # One that the tip carries: the sensor's axes are those of it.
+        yield wrench.axes, rotation_from_rpy(wrench.sensor_rpy)
+    if R_HP is not None:
+        R_PR = R_HP.T @ rotation_from_rpy(configuration.joints.hole_rpy).T
+        for link in wrench.base_links:
+            yield link.name, R_PR @ rotation_from_rpy(link.rpy)
+
+
+def _degrees_between(A: np.ndarray, B: np.ndarray) -> float:
+    return degrees(float(np.arccos(np.clip(0.5 * (np.trace(A.T @ B) - 1.0), -1.0, 1.0))))

@@ -21,7 +21,7 @@ class Recording(NamedTuple):
     wrench_t, joint_t : ndarray, shape (n,), (m,)
         Stamps since the first of them [s].
     wrench : ndarray, shape (n, 6)
-        As received: force and torque at the sensor, sensor axes [N], [N m].
+        As received: force and torque at the sensor, in the axes of `wrench.axes` [N], [N m].
     q : ndarray, shape (m, 3)
         gamma, psi, phi, the latter two without jumps by turns [rad].
     covariance : ndarray, shape (m, 3, 3)
@@ -90,6 +90,23 @@ def turned(record: Recording, R_HM: np.ndarray) -> Recording:
     return record._replace(q=q, covariance=covariance)
 
 
+def angles_at_wrenches(record: Recording, t: np.ndarray) -> np.ndarray:
+    """Return gamma, psi, phi at the wrenches, given the times of the angles [s], shape (3, n)."""
+    return np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])
+
+
+def in_sensor_axes(record: Recording, configuration: Configuration) -> np.ndarray:
+    """Return wrenches as the sensor reads them, whatever axes the numbers are in, (n, 6)."""
+    options, joints = configuration.wrench, configuration.joints
+    if options.base_rpy is None:
+        return record.wrench
+    steps = WrenchReduction(options, configuration.scene, joints.hole_rpy).steps
+    q = angles_at_wrenches(record, record.joint_t - joints.delay)
+    R_SB = np.einsum("ij,kjn,kl->nil", steps.peg_in_sensor, peg_axes(q), steps.base_in_hole)
+    parts = record.wrench[:, :3], record.wrench[:, 3:]
+    return np.hstack([np.einsum("nij,nj->ni", R_SB, part) for part in parts])
+
+
 def turning_axes(q: np.ndarray) -> np.ndarray:
     """Return the axes about which gamma, psi and phi turn, as columns, shape (m, 3, 3)."""
     (g, psi), zero = q.T[:2], np.zeros(len(q))
@@ -149,7 +166,7 @@ def load(record: Recording, moved: FittedMotion, configuration: Configuration) -
     """Return the size of the force that the rim carries at each joint state [N], shape (m,)."""
     scene, options = configuration.scene, configuration.wrench
     reduction = WrenchReduction(options, scene)
-    force = record.wrench[:, :3] * reduction.sign - reduction.tare[:3]
+    force = in_sensor_axes(record, configuration)[:, :3] * reduction.sign - reduction.tare[:3]
     smooth = _averaged(force, np.ones(2 * (STEADY_SLIDING.half_window // 2) + 1))
     t = record.joint_t - configuration.joints.delay
     at = np.array([np.interp(t, record.wrench_t, column) for column in smooth.T])

@@ -87,9 +87,9 @@ class ReductionSteps(Record):
     ----------
     sign
     in_base : bool
-        Whether the wrench comes in the axes of the base.
+        Whether the wrench comes in the axes of the base, or of another link that stands still.
     base_in_hole, peg_in_sensor : shape (3, 3)
-        From axes of the base to those of the hole, from axes of the peg to those of the sensor.
+        From axes of that link to those of the hole, from axes of the peg to those of the sensor.
     tare : shape (6,)
     matrix : shape (6, 6)
     mass, arm : float, shape (3, 3)
@@ -120,7 +120,7 @@ class WrenchReduction:
     options : WrenchInput
     scene : Scene
     hole_rpy : sequence of 3 float
-        Hole axes in the base [rad], for a wrench in the base's axes.
+        Hole axes in the root link [rad], for a wrench in the axes of a link that stands still.
 
     Attributes
     ----------
@@ -154,8 +154,12 @@ class WrenchReduction:
         if options.gravity == "compensated":
             # A controller that compensates the weight leaves none of the payload, nor of the peg.
             mass, arm = -scene.peg_mass, np.zeros((3, 3))
-        steps.sign, steps.in_base = self.sign, options.axes == "base"
-        steps.base_in_hole[:], steps.peg_in_sensor[:] = rotation_from_rpy(hole_rpy).T, R_PS.T
+        steps.sign, steps.peg_in_sensor[:] = self.sign, R_PS.T
+        base_rpy, R_HB = options.base_rpy, rotation_from_rpy(hole_rpy).T
+        steps.in_base = base_rpy is not None
+        if base_rpy is not None and any(base_rpy):
+            R_HB = R_HB @ rotation_from_rpy(base_rpy)
+        steps.base_in_hole[:] = R_HB
         steps.matrix[:], steps.arm[:], steps.mass = self.matrix, arm, mass
         self.steps = steps
         self._peg_mass = scene.peg_mass

@@ -1,13 +1,15 @@
-"""What a robot's description adds to the settings: where down is."""
+"""What a robot's description adds to the settings: where down is, and what axes a wrench has."""
 
 from dataclasses import replace
 
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import BaseLink, Configuration, JointInput
 from peg_on_hole_ros.config.parameter_table import GRAVITY_STATED
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.robot.fixed_links import Tree
+from peg_on_hole_ros.robot.sensor_frame import alike, is_stated
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
 from peg_on_hole_ros.safe_text import listed, shown
@@ -20,13 +22,14 @@ def described(configuration: Configuration) -> Configuration:
     Return settings with what the robot's description says of them.
 
     Gravity, where it is not stated, pulls along -z of the root link or of `joints.gravity_link`.
-    Settings without a robot stay, and so do those whose description has yet to come; what is
-    described once may be described again.
+    `wrench.axes` may be a link that stands still, or one that is fixed to the tip: the sensor's
+    axes are those of it then. Settings without a robot stay, and so do those whose description
+    has yet to come; what is described once may be described again.
 
     Raises
     ------
     PegOnHoleError
-        The description cannot be read, or has no such link.
+        The description cannot be read, has no such link, or contradicts what is stated.
 
     """
     joints = configuration.joints
@@ -36,7 +39,7 @@ def described(configuration: Configuration) -> Configuration:
     if joints.tip_frame not in tree.links:
         # An error, which the kinematics tell.
         return configuration
-    return _with_gravity(configuration, tree)
+    return _with_axes(_with_gravity(configuration, tree), tree)
 
 
 def _with_gravity(configuration, tree):
@@ -70,3 +73,47 @@ def _gravity(joints: JointInput, tree: Tree) -> tuple[float, float, float]:
     turned = rotation_from_rpy(joints.hole_rpy).T @ gravity_R
     x, y, z = (float(component) + 0.0 for component in turned)
     return x, y, z
+
+
+def _with_axes(configuration, tree):
+    wrench, joints = configuration.wrench, configuration.joints
+    root, axes = tree.root_of(joints.tip_frame), wrench.axes
+    base = "base" if "base" in tree.links and tree.fixed("base").link == root else root
+    # What a driver may send: of tables and fixtures nobody does, unless it is stated.
+    links = {"base": base, **{link: link for link in tree.fixed_below(root, joints.tip_frame)}}
+    if axes != "sensor" and axes not in links:
+        if axes not in tree.links:
+            raise PegOnHoleError(
+                f"wrench.axes = {shown(axes)} is neither sensor nor base, nor a link of "
+                f"{named(joints)}; it has: {listed(tree.links)}"
+            )
+        fixed = tree.fixed(axes).link
+        if fixed == tree.fixed(joints.tip_frame).link:
+            return replace(configuration, wrench=_turned_sensor(wrench, joints, tree))
+        if fixed != root:
+            raise PegOnHoleError(
+                f"wrench.axes = {shown(axes)} is a link that moves against the root link and "
+                f"against {shown(joints.tip_frame)}: name one that is fixed to either"
+            )
+        links[axes] = axes
+    base_links = tuple(BaseLink(name, _rpy(tree.fixed(link).R)) for name, link in links.items())
+    return replace(configuration, wrench=replace(wrench, base_links=base_links))
+
+
+def _turned_sensor(wrench, joints, tree):
+    """Return a sensor with the axes of a link that the tip carries."""
+    R_TP = rotation_from_rpy(joints.peg_rpy)
+    R_0T, R_0A = tree.fixed(joints.tip_frame).R, tree.fixed(wrench.axes).R
+    found = replace(wrench, sensor_rpy=_rpy((R_0T @ R_TP).T @ R_0A))
+    if is_stated(wrench, "sensor_rpy") and not alike(wrench, found, "sensor_rpy"):
+        raise PegOnHoleError(
+            f"wrench.sensor_rpy = {list(wrench.sensor_rpy)} is not that of wrench.axes: "
+            f"{shown(wrench.axes)}, which is {list(found.sensor_rpy)}; take one of them out"
+        )
+    return found
+
+
+def _rpy(R):
+    # Noise of the last digits would be told as part of it.
+    roll, pitch, yaw = (round(angle, 9) + 0.0 for angle in rpy_of(R))
+    return roll, pitch, yaw

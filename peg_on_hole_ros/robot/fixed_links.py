@@ -62,3 +62,10 @@ class Tree:
             link = joint.parent
             seen.add(link)
         return Fixed(link, R, p)
+
+    def fixed_below(self, root: str, tip: str) -> list[str]:
+        """Return the links from the root on towards a tip, as far as they stand still."""
+        way = [tip]
+        while way[0] in self._above and len(way) <= len(self._above):
+            way.insert(0, self._above[way[0]].parent)
+        return [link for link in way if self.fixed(link).link == root]

@@ -12,7 +12,7 @@ from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
-from peg_on_hole_ros.safe_text import shown
+from peg_on_hole_ros.safe_text import printable, shown
 
 # By so much a stated pose may differ from that of the URDF [m], [rad].
 NEAR_POSITION, NEAR_ANGLE = 1e-3, 0.01
@@ -55,13 +55,17 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
     wrench, joints = configuration.wrench, configuration.joints
     if joints.source != "robot" or wrench.sensor_pose == "stated" or awaited(joints):
         return Mounting(wrench, "")
-    stated = [name for name in ("sensor_xyz", "sensor_rpy") if _is_stated(wrench, name)]
+    stated = [name for name in ("sensor_xyz", "sensor_rpy") if is_stated(wrench, name)]
+    by_link = wrench.axes != "sensor" and wrench.base_rpy is None
     pose = _on_peg(joints, frame)
     if isinstance(pose, str):
         told = f"{pose}; the sensor is taken to sit at {_mounting_text(wrench)}"
         return Mounting(wrench, "" if stated or not pose else told)
-    found = replace(wrench, sensor_xyz=pose[0], sensor_rpy=pose[1])
-    off = [name for name in stated if not _alike(wrench, found, name)]
+    # Where the axes are those of a link that is named, frame_id has the sensor's place alone.
+    found = replace(
+        wrench, sensor_xyz=pose[0], sensor_rpy=wrench.sensor_rpy if by_link else pose[1]
+    )
+    off = [name for name in stated if not alike(wrench, found, name)]
     if off:
         given = " and ".join(f"wrench.{name} = {list(getattr(wrench, name))}" for name in off)
         raise PegOnHoleError(
@@ -74,7 +78,8 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
     )
 
 
-def _is_stated(wrench, name):
+def is_stated(wrench: WrenchInput, name: str) -> bool:
+    """Return whether a setting is another than the default."""
     return getattr(wrench, name) != getattr(_DEFAULT_INPUT, name)
 
 
@@ -85,7 +90,8 @@ def _mounting_text(wrench):
     return f"wrench.sensor_xyz: [{xyz}], sensor_rpy: [{rpy}]"
 
 
-def _alike(stated, found, name):
+def alike(stated: WrenchInput, found: WrenchInput, name: str) -> bool:
+    """Return whether `sensor_xyz` or `sensor_rpy` of two sensors is one."""
     if name == "sensor_xyz":
         return bool(
             np.linalg.norm(np.subtract(stated.sensor_xyz, found.sensor_xyz)) <= NEAR_POSITION
@@ -105,9 +111,10 @@ def _on_peg(joints: JointInput, frame: str):
     tip_root, R_0T, p_0T = tree.fixed(joints.tip_frame)
     root, R_0S, p_0S = tree.fixed(frame)
     if root != tip_root:
+        axes = frame if root == tree.root_of(joints.tip_frame) else "base"
         return (
             f"frame_id {shown(frame)} of the wrench is a link that {joints.tip_frame} moves "
-            "against: numbers in its axes need wrench.axes: base"
+            f"against: numbers in its axes need wrench.axes: {printable(axes)}"
         )
     R_0P = R_0T @ rotation_from_rpy(joints.peg_rpy)
     p_0P = p_0T + R_0T @ np.array(joints.peg_xyz)

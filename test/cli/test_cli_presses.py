@@ -8,15 +8,15 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from cli_helpers import fails
+from cli_helpers import config, fails
 from hand_bags import UP, X, Y, presses
 from peg_on_hole_ros.cli.main import main
 from tiers import nightly
 
 
-def found(bag, tmp_path):
+def found(bag, tmp_path, *stated):
     out = tmp_path / "found.yaml"
-    assert main(["calibrate", str(bag), "--presses", "--out", str(out)]) == 0
+    assert main(["calibrate", str(bag), "--presses", *map(str, stated), "--out", str(out)]) == 0
     return yaml.safe_load(out.read_text())["peg_on_hole"]["ros__parameters"]["wrench"]
 
 
@@ -71,3 +71,42 @@ def test_presses_along_one_line_are_refused(tmp_path, capsys):
     bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg", (UP, X, (X + 0.2 * Y) / 1.02))
     assert main(["calibrate", str(bag), "--presses", "--out", str(tmp_path / "o.yaml")]) == 2
     assert "degrees off three right angles" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("acts_on", ["robot", "peg"])
+@pytest.mark.parametrize("axes", ["base", "sensor"])
+def test_numbers_in_axes_that_stand_still_are_found_whatever_is_stated(tmp_path, acts_on, axes):
+    """A driver that sends base axes; at the tilt of the peg these are no quarter turn."""
+    bag = presses(tmp_path / "a.mcap", None, acts_on, held=(0.9, 0.5, 0.4))
+    stated = config(tmp_path, f"wrench: {{axes: {axes}, sensor_rpy: [0.0, 0.0, 0.3]}}")
+    wrench_found = found(bag, tmp_path, "--config", stated)
+    assert wrench_found["acts_on"] == acts_on and wrench_found["axes"] == "base"
+    # Of the sensor nothing is seen.
+    assert wrench_found["sensor_rpy"] == [0.0, 0.0, 0.3]
+
+
+def test_numbers_of_the_sensor_are_found_where_the_base_is_stated(tmp_path):
+    bag = presses(tmp_path / "a.mcap", (np.pi, 0.0, 0.0), "robot", held=(0.9, 0.5, 0.4))
+    wrench_found = found(bag, tmp_path, "--config", config(tmp_path, "wrench: {axes: base}"))
+    assert wrench_found["axes"] == "sensor"
+    assert apart(wrench_found["sensor_rpy"], (np.pi, 0.0, 0.0)) < 0.01
+
+
+@pytest.mark.parametrize("axes", ["base", "sensor"])
+def test_a_pose_in_which_both_look_the_same_keeps_what_is_stated(tmp_path, capsys, axes):
+    bag = presses(tmp_path / "a.mcap", None, "peg", held=(0.1, 0.0, 0.1))
+    stated = config(tmp_path, f"wrench: {{axes: {axes}}}")
+    assert found(bag, tmp_path, "--config", stated)["axes"] == axes
+    other = "sensor" if axes == "base" else "base"
+    assert f"the axes of {other} look the same" in capsys.readouterr().out
+
+
+def test_base_axes_without_joint_states_are_refused(tmp_path, capsys):
+    bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg")
+    stated = config(tmp_path, "wrench: {axes: base}")
+    message = (
+        f"{bag} has no joint state that can be used: with wrench.axes: base presses tell nothing "
+        "without the peg's orientation; record the joint states too"
+    )
+    out = tmp_path / "o.yaml"
+    fails(capsys, 3, message, "calibrate", bag, "--presses", "--config", stated, "--out", out)

@@ -77,8 +77,12 @@ def test_only_known_motions_are_events():
     assert is_event("expect nothing") and not is_event("expect miracles")
 
 
-def hang(line, angles, seconds, begin_ns, zero=(0.0,) * 6, payload=None, rng=None):
-    """Hand over a peg that hangs still; its payload is a mass and its centre in sensor axes."""
+def hang(line, angles, seconds, begin_ns, zero=(0.0,) * 6, payload=None, rng=None, in_base=False):
+    """
+    Hand over a peg that hangs still; its payload is a mass and its centre in sensor axes.
+
+    Numbers are in the sensor's axes, which are the peg's, or in those of the angles.
+    """
     rng = rng or np.random.default_rng(3)
     gamma, psi, phi = angles
     turn = Rotation.from_euler("ZYZ", [psi, -gamma, phi])
@@ -93,7 +97,10 @@ def hang(line, angles, seconds, begin_ns, zero=(0.0,) * 6, payload=None, rng=Non
         noisy = np.array(angles) + rng.normal(0, 1e-4, 3)
         line.on_joints(JointSample(t_ns, ("gamma", "psi", "phi"), tuple(noisy)))
         read = np.r_[force, torque] + zero + rng.normal(0, [0.2] * 3 + [0.005] * 3)
-        told = line.on_wrench(WrenchSample(t_ns, tuple(read[:3]), tuple(read[3:]))) or told
+        sides = read[:3], read[3:]
+        if in_base:
+            sides = map(turn.apply, sides)
+        told = line.on_wrench(WrenchSample(t_ns, *map(tuple, sides))) or told
     return begin_ns + round(seconds * 1e9), told
 
 
@@ -116,8 +123,10 @@ def test_a_free_peg_is_tared_once_each_time_it_hangs_still():
     assert silent.counts["tare_automatic"] == 0
 
 
-def test_poses_taken_one_by_one_tell_payload_and_zero():
-    line, rng = Pipeline(configured(bias_force_stddev=2.0)), np.random.default_rng(5)
+@pytest.mark.parametrize("axes", ["sensor", "base"])
+def test_poses_taken_one_by_one_tell_payload_and_zero(axes):
+    line = Pipeline(configured(bias_force_stddev=2.0, axes=axes))
+    rng = np.random.default_rng(5)
     assert line.take_pose() == (
         False,
         "no pose taken: no wrench and orientation have arrived yet",
@@ -127,7 +136,7 @@ def test_poses_taken_one_by_one_tell_payload_and_zero():
     poses = [(0.05, 0.0, 0.0), (0.5, 0.0, 0.3), (0.5, 1.6, 0.3), (0.6, -1.5, 1.0)]
     for pose in poses:
         # Moved there without a word: a pause, and the filter begins anew.
-        at, _ = hang(line, pose, 0.8, at + 10**10, zero, payload, rng)
+        at, _ = hang(line, pose, 0.8, at + 10**10, zero, payload, rng, axes == "base")
         answers.append(line.take_pose())
     assert all(answer.success for answer in answers)
     assert "all with one direction of gravity" in answers[0].message

@@ -1,4 +1,4 @@
-"""What a robot's description says of the settings: where down is."""
+"""What a robot's description says of the settings: where down is, and what axes a wrench has."""
 
 import json
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from arm import OPTIONS, URDF
+from arm import JOINTS, OPTIONS, URDF, Arm
 from cli_helpers import fails
 from hand_bags import BIAS, MASS, arm_poses
 from peg_on_hole_ros.bags.reader import Bag
@@ -16,12 +16,17 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.diagnosis.hypotheses import hypotheses
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import contradiction
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.robot.described import described
+from peg_on_hole_ros.robot.fixed_links import Tree
+from peg_on_hole_ros.robot.sensor_frame import mounting
+from peg_on_hole_ros.robot.urdf_file import parts
 
 TEXT = URDF.read_text(encoding="utf-8")
 DOWN = np.array([0.0, 0.0, -9.80665])
@@ -33,6 +38,10 @@ def cell(hole_rpy=LEANS, gravity=None, **joints):
     scene = Scene() if gravity is None else Scene(gravity=gravity)
     joints = replace(OPTIONS, hole_rpy=hole_rpy, **joints)
     return Configuration(scene=scene, wrench=AS_STATED, joints=joints)
+
+
+def with_axes(axes, sensor_rpy=(0.0, 0.0, 0.0), **joints):
+    return replace(cell(**joints), wrench=replace(AS_STATED, axes=axes, sensor_rpy=sensor_rpy))
 
 
 def in_hole(down_R, hole_rpy=LEANS):
@@ -140,6 +149,89 @@ def test_a_stream_takes_gravity_with_the_description_that_comes_late():
 def bag(tmp_path_factory):
     path = tmp_path_factory.mktemp("poses") / "poses.mcap"
     return arm_poses(path, replace(OPTIONS, hole_rpy=LEANS))
+
+
+def test_base_is_the_link_of_that_name_where_it_stands_still_and_else_the_root_link():
+    # Of this arm it is turned by 30 degrees on its pedestal.
+    assert described(with_axes("base")).wrench.base_rpy == pytest.approx((0.0, 0.0, np.pi / 6))
+    assert described(with_axes("pedestal")).wrench.base_rpy == (0.0, 0.0, 0.0)
+    without = with_axes("base", description=TEXT.replace('"base"', '"turret"'))
+    assert described(without).wrench.base_rpy == (0.0, 0.0, 0.0)
+    # Where both are one the report says base, as most drivers do.
+    meant = hypotheses(replace(described(without).wrench, axes="sensor"))
+    tried = {setting for each in meant for setting in each.settings}
+    assert "wrench.axes: base" in tried and "wrench.axes: pedestal" not in tried
+    carried = TEXT.replace('"base"', '"x"').replace('"ft_sensor"', '"base"')
+    moves = with_axes("base", description=carried)
+    assert pytest.approx(np.eye(3)) != Tree(*parts(carried, "a")).fixed("base").R
+    assert described(moves).wrench.base_rpy == (0.0, 0.0, 0.0)
+
+
+def test_links_that_stand_still_below_a_world_are_axes_too():
+    text = on_world("0.5 0 0.3")
+    found = described(with_axes("pedestal", description=text)).wrench
+    assert found.base_rpy == pytest.approx((0.5, 0.0, 0.3))
+    # What a driver may send though something else is stated.
+    names = [link.name for link in described(cell(description=text)).wrench.base_links]
+    assert names == ["base", "world", "pedestal"]
+    meant = hypotheses(replace(found, axes="sensor"))
+    tried = {setting for each in meant for setting in each.settings}
+    assert {"wrench.axes: base", "wrench.axes: pedestal"} <= tried
+    # A wrench along the pedestal's z is one along that in the world.
+    reduction = WrenchReduction(found, Scene(), (0.0, 0.0, 0.0))
+    on_peg = reduction.on_peg((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), np.zeros(3), np.zeros(3))
+    along = Rotation.from_euler("xyz", [0.5, 0.0, 0.3]).apply([0.0, 0.0, 1.0])
+    assert on_peg[:3] == pytest.approx(along)
+
+
+def test_a_link_that_the_tip_carries_has_the_axes_of_the_sensor():
+    there = OPTIONS.tip_frame, "flange"
+    (_, R_T, _), (_, R_F, _) = (Arm(tip=name).tip(dict.fromkeys(JOINTS, 0.3)) for name in there)
+    on_tip = 2.0, 0.3, 0.4
+    expected = (R_T * Rotation.from_euler("xyz", on_tip)).inv() * R_F
+    found = described(with_axes("flange", peg_rpy=on_tip))
+    turn = Rotation.from_euler("xyz", found.wrench.sensor_rpy).inv() * expected
+    assert turn.magnitude() < 1e-8 and found.wrench.base_rpy is None
+    assert described(found) == found
+    # The place of the sensor is that of its frame_id still.
+    placed = replace(found, wrench=replace(found.wrench, sensor_pose="frame_id"))
+    mounted = mounting(placed, "ft_sensor").wrench
+    assert mounted.sensor_rpy == found.wrench.sensor_rpy
+    sensor = mounting(replace(cell(peg_rpy=on_tip), wrench=WrenchInput()), "ft_sensor").wrench
+    assert mounted.sensor_xyz == sensor.sensor_xyz != WrenchInput().sensor_xyz
+    with pytest.raises(
+        PegOnHoleError, match="sensor_rpy = .* is not that of wrench.axes: 'flange'"
+    ):
+        described(with_axes("flange", sensor_rpy=(0.0, 0.0, 1.0)))
+
+
+def test_axes_of_no_link_or_of_one_that_moves_are_refused():
+    there = (
+        "pedestal, base, shoulder, upper_arm, upper_roll, forearm, forearm_roll, wrist, flange, "
+    )
+    match = (
+        f"'tool0' is neither sensor nor base, nor a link of .*; it has: {there}ft_sensor and 4 "
+    )
+    with pytest.raises(PegOnHoleError, match=match):
+        described(with_axes("tool0"))
+    with pytest.raises(PegOnHoleError, match="'forearm' is a link that moves against the root"):
+        described(with_axes("forearm"))
+    for axes in ("flange", ""):
+        with pytest.raises(PegOnHoleError, match=f"wrench.axes = '{axes}' is not one of sensor"):
+            from_parameters({"wrench.axes": axes})
+
+
+def test_the_payload_is_found_of_numbers_in_the_base(tmp_path):
+    path = tmp_path / "poses.mcap"
+    arm_poses(path, replace(OPTIONS, hole_rpy=LEANS), in_base=True)
+    config, out = parameters_file(tmp_path / "c.yaml", with_axes("pedestal")), tmp_path / "o.yaml"
+    arguments = ["calibrate", path, "--payload", "--config", config, "--out", out]
+    assert main([str(a) for a in arguments]) == 0
+    found = yaml.safe_load(out.read_text())["peg_on_hole"]["ros__parameters"]["wrench"]
+    assert found["axes"] == "pedestal"
+    assert found["payload_mass"] == pytest.approx(MASS, abs=0.01)
+    assert found["bias_force"] == pytest.approx(BIAS[:3], abs=0.1)
+    assert found["bias_torque"] == pytest.approx(BIAS[3:], abs=0.01)
 
 
 def test_the_payload_is_found_below_a_hole_that_leans(bag, tmp_path, capsys):

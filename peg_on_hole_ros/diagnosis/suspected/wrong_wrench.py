@@ -37,7 +37,8 @@ class WrongWrench(Suspect):
     FINDS = (
         ("sign", "`wrench.acts_on`"),
         (
-            "axes of the base, or of the sensor turned by any of 24 quarter and half turns",
+            "axes of the base, of a link below the arm that stands still, or of the sensor turned "
+            "by any of 24 quarter and half turns",
             "`wrench.axes`, `wrench.sensor_rpy`",
         ),
         (
