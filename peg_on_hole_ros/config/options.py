@@ -75,6 +75,8 @@ class JointInput:
     gravity_link: str = ""
     # Text of the URDF, where it is at hand: then no file is read. No parameter.
     description: str = ""
+    # What errors call it where it is another's than the file in `urdf`. No parameter.
+    described_by: str = ""
     # Gravity by the robot's description, hole axes [m/s^2]; None: it is not known. No parameter.
     robot_gravity: tuple[float, float, float] | None = None
 

@@ -33,7 +33,7 @@ from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample
-from peg_on_hole_ros.robot.described import described
+from peg_on_hole_ros.robot.described import described, with_description
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.safe_text import shown
@@ -219,9 +219,9 @@ class MessageStream:
             self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
         return Answer(found or not line, line)
 
-    def describe(self, joints: JointInput) -> None:
+    def describe(self, text: str) -> None:
         """
-        Take the joints with the robot's description, for which joint states and wrenches wait.
+        Take the robot's description, for which joint states and wrenches wait.
 
         Raises
         ------
@@ -229,8 +229,8 @@ class MessageStream:
             It cannot be used.
 
         """
-        configuration = described(replace(self.pipeline.configuration, joints=joints))
-        self.pipeline.describe(configuration, orientation_of(joints))
+        configuration = with_description(self.pipeline.configuration, text)
+        self.pipeline.describe(configuration, orientation_of(configuration.joints))
         self._possible(lambda look: look.take(configuration), None)
 
     def finish(self) -> list[Message]:

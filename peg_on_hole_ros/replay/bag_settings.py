@@ -6,12 +6,15 @@ from typing import NamedTuple
 from peg_on_hole_ros.bags.batch import stretches
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.messages.decode import WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING
-from peg_on_hole_ros.robot.described import described
+from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.robot.described import described, with_description
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
+
+_AS_A_FILE = "name the robot's description as a file in joints.urdf"
 
 
 class Settled(NamedTuple):
@@ -39,26 +42,44 @@ def settled(bag: Bag, configuration: Configuration) -> Settled:
     BagError
         The description is to come by a topic that the bag does not have.
     PegOnHoleError
-        It cannot be used, or contradicts what is stated of the sensor.
+        None that it brings can be used, or it contradicts what is stated of the sensor.
 
     """
     joints = configuration.joints
     if joints.source != "robot":
         return Settled(configuration, "")
     if awaited(joints):
-        topic = absolute(configuration.topics.robot_description)
-        bag.require({topic: STRING}, "name the robot's description as a file in joints.urdf")
-        first = next(bag.messages([topic]), None)
-        if first is None:
-            raise BagError(f"{bag.path}: no message on {topic} can be read as {STRING}")
-        joints = replace(joints, description=first.message.data)
-        configuration = replace(configuration, joints=joints)
+        configuration = _with_topic(bag, configuration)
     configuration = described(configuration)
     frame = _frame(bag, absolute(configuration.topics.wrench))
     if frame is None:
         return Settled(configuration, "")
     wrench, line = mounting(configuration, frame)
     return Settled(replace(configuration, wrench=wrench), line)
+
+
+def _with_topic(bag, configuration):
+    """Return settings with the first description of a bag that is this robot's, as the node."""
+    topic = absolute(configuration.topics.robot_description)
+    bag.require({topic: STRING}, _AS_A_FILE)
+    refused: dict[str, str] = {}
+    for row in bag.messages([topic]):
+        text = row.message.data
+        if text in refused:
+            continue
+        try:
+            found = with_description(configuration, text)
+            orientation_of(found.joints)
+            return found
+        except PegOnHoleError as error:
+            refused[text] = str(error)
+    if not refused:
+        raise BagError(f"{bag.path}: no message on {topic} can be read as {STRING}")
+    first, *others = dict.fromkeys(refused.values())
+    more = f" (and {len(others)} more)" if others else ""
+    raise PegOnHoleError(
+        f"{bag.path}: no description on {topic} can be used: {first}{more}; {_AS_A_FILE}"
+    )
 
 
 def _frame(bag, topic):

@@ -153,21 +153,24 @@ def stored_configuration(bag: Bag, any_urdf: bool = False) -> Configuration | No
         return configuration
     joints = configuration.joints
     text = bag.metadata.get(URDF_METADATA, {}).get("text", "")
+    if text:
+        # No file is read, so none is to blame.
+        told = f"the robot's description in {bag.path} (metadata {URDF_METADATA})"
+        joints = replace(joints, description=text, described_by=told)
+        return replace(configuration, joints=joints)
     if joints.urdf == FROM_TOPIC:
-        # A bag of its own, or its metadata, has it: no file is read.
-        return replace(configuration, joints=replace(joints, description=text))
-    if not text:
-        try:
-            check_regular(urdf_path(joints))
-        except PegOnHoleError as error:
-            raise BadFile(f"the configuration in {bag.path}: {error}") from None
-    if not text and not any_urdf:
+        return configuration
+    try:
+        check_regular(urdf_path(joints))
+    except PegOnHoleError as error:
+        raise BadFile(f"the configuration in {bag.path}: {error}") from None
+    if not any_urdf:
         raise PegOnHoleError(
             f"the configuration in {bag.path} names a file as URDF, {joints.urdf}, and a bag does "
             "not choose which files are read: confirm it with --bag-urdf, or give a configuration "
             "with --config"
         )
-    return replace(configuration, joints=replace(joints, description=text))
+    return configuration
 
 
 def stored_options(bag: Bag) -> NodeOptions | None:

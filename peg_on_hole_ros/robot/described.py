@@ -42,6 +42,22 @@ def described(configuration: Configuration) -> Configuration:
     return _with_axes(_with_gravity(configuration, tree), tree)
 
 
+def with_description(configuration: Configuration, text: str) -> Configuration:
+    """
+    Return settings with a description that has come by the topic, and what it says of them.
+
+    Raises
+    ------
+    PegOnHoleError
+        It is empty, as the first of some launch files, or `described` refuses it.
+
+    """
+    if not text:
+        raise PegOnHoleError(f"{named(configuration.joints)} is empty")
+    joints = replace(configuration.joints, description=text)
+    return described(replace(configuration, joints=joints))
+
+
 def _with_gravity(configuration, tree):
     scene, joints = configuration.scene, configuration.joints
     stated = scene.gravity not in (_DEFAULT, joints.robot_gravity)

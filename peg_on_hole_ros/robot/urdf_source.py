@@ -22,6 +22,8 @@ def awaited(options: JointInput) -> bool:
 
 def named(options: JointInput) -> str:
     """Return what messages call the description; raises PegOnHoleError for what is no path."""
+    if options.described_by:
+        return options.described_by
     return "the robot's description" if options.urdf == FROM_TOPIC else str(urdf_path(options))
 
 

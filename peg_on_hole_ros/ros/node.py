@@ -194,8 +194,9 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._recording.event(event)
             self.get_logger().info(printable(answer.message))
 
-    def _describe(self, joints):
-        self._stream.describe(joints)
+    def _describe(self, text):
+        self._stream.describe(text)
+        joints = replace(self.configuration.joints, description=text)
         self.configuration = replace(self.configuration, joints=joints)
         self._recording.describe(self.configuration)
 

@@ -1,12 +1,11 @@
 """The robot's description as it comes by a topic, once."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
@@ -23,7 +22,8 @@ class RobotDescription:
     node : Node
     configuration : Configuration
     take : callable
-        Is given the joints with the description; raises PegOnHoleError where it cannot be used.
+        Is given the description; raises PegOnHoleError where it cannot be used, and the next one
+        may be.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class RobotDescription:
     """
 
     def __init__(
-        self, node: Node, configuration: Configuration, take: Callable[[JointInput], None]
+        self, node: Node, configuration: Configuration, take: Callable[[str], None]
     ) -> None:
-        self._node, self._joints, self._take = node, configuration.joints, take
+        self._node, self._take = node, take
         topic = configuration.topics.robot_description
         self._topic = node.resolve_topic_name(topic)
         self._text: str | None = None
@@ -63,7 +63,7 @@ class RobotDescription:
         try:
             if len(text) > MOST_URDF_BYTES:
                 raise PegOnHoleError(f"it has {len(text)} characters, more than {MOST_URDF_BYTES}")
-            self._take(replace(self._joints, description=text))
+            self._take(text)
         except PegOnHoleError as error:
             self.waiting = f"no estimate: what came on {self._topic} cannot be used: {error}"
             logger.error(printable(self.waiting))

@@ -101,6 +101,8 @@ def test_the_node_waits_for_the_description_and_then_goes_on(peer, tmp_path):
         peer.wait_for_matching()
         cell.until(told(cell, "has not come on /robot_description"), "what is waited for")
         assert cell.filter_status()[0] == b"\x02" and not peer.received["state"]
+        cell.description.publish(to_ros(STRING, {"data": ""}))
+        cell.until(told(cell, "cannot be used: the robot's description is empty"), "a refusal")
         cell.description.publish(to_ros(STRING, {"data": "<robot name='a'/>"}))
         cell.until(told(cell, "cannot be used: joints.tip_frame = 'tool' is no link"), "a refusal")
         assert not peer.received["state"]

@@ -19,7 +19,9 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING, joint_state
 from peg_on_hole_ros.messages.plain import header
+from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.robot.sensor_frame import mounting
+from peg_on_hole_ros.robot.urdf_source import awaited
 
 MS = 1_000_000
 TEXT = URDF.read_text(encoding="utf-8")
@@ -96,8 +98,12 @@ def test_the_pegs_own_angles_have_no_links():
     assert mounting(plain, "anything") == (plain.wrench, "")
 
 
-def write_bag(path, frame="ft_sensor", description=TEXT, late=0):
-    """A bag of an arm at rest; its description comes after some messages, as recorders write."""
+def write_bag(path, frame="ft_sensor", description=TEXT, late=0, before=()):
+    """
+    A bag of an arm at rest; its description comes after some messages, as recorders write.
+
+    Others may come before it.
+    """
     names = [f"arm_{i}" for i in range(1, 8)]
     arm = Arm()
     upright = Rotation.from_euler("y", -0.2)
@@ -106,6 +112,8 @@ def write_bag(path, frame="ft_sensor", description=TEXT, late=0):
     with BagWriter(path) as bag:
         for k in range(100):
             t_ns = 10**9 + k * MS
+            if k < len(before):
+                bag.write("/robot_description", STRING, {"data": before[k]}, t_ns)
             if k == late and description:
                 bag.write("/robot_description", STRING, {"data": description}, t_ns)
             if k % 2 == 0:
@@ -156,6 +164,63 @@ def test_a_bag_without_the_description_is_refused_with_what_to_do(tmp_path, caps
     # Looked at, it says so and tells all else.
     assert main(["inspect", str(bag), "--config", str(config)]) == 0
     assert f"a replay is not possible: {message}" in capsys.readouterr().out
+
+
+FOREIGN = "<robot name='gripper'><link name='hand'/></robot>"
+
+
+@pytest.mark.parametrize("first", ["", FOREIGN, "no XML"])
+def test_the_first_description_that_is_this_robots_is_used(tmp_path, first):
+    bag = write_bag(tmp_path / "a.mcap", late=40, before=[first, first])
+    out, summary = replayed(bag, parameters_file(tmp_path), tmp_path)
+    assert summary["messages"]["used"] == 150
+    assert out.metadata[URDF_METADATA]["text"] == TEXT
+
+
+@pytest.mark.parametrize(
+    ("before", "told"),
+    [
+        ([""], "the robot's description is empty"),
+        (
+            [FOREIGN, FOREIGN, ""],
+            "joints.tip_frame = 'tool' is no link of the robot's description; it has: hand (and 1 "
+            "more)",
+        ),
+    ],
+)
+def test_descriptions_that_are_none_of_this_robot_blame_the_topic(tmp_path, capsys, before, told):
+    bag = write_bag(tmp_path / "a.mcap", description=None, before=before)
+    message = (
+        f"{bag}: no description on /robot_description can be used: {told}; name the robot's "
+        "description as a file in joints.urdf"
+    )
+    fails(capsys, 2, message, "replay", bag, "--config", parameters_file(tmp_path))
+
+
+def test_a_stream_refuses_an_empty_description_and_takes_the_next():
+    stream = message_stream(configuration(replace(OPTIONS, urdf="topic")))
+    for text, told in (("", "is empty$"), (FOREIGN, "'tool' is no link of the robot's descr")):
+        with pytest.raises(PegOnHoleError, match=told):
+            stream.describe(text)
+        assert awaited(stream.pipeline.configuration.joints)
+    stream.describe(TEXT)
+    assert stream.pipeline.configuration.joints.description == TEXT
+
+
+def test_a_faulty_description_within_a_bag_is_not_blamed_on_the_file_that_it_names(
+    tmp_path, capsys
+):
+    bag, out = write_bag(tmp_path / "a.mcap"), tmp_path / "out.mcap"
+    found = configuration(replace(OPTIONS, urdf="/cell/robot.urdf", description="<robot"))
+    with BagWriter(out, found) as writer:
+        for topic, t_ns, message in Bag(bag).messages(["/wrench"]):
+            force = {axis: getattr(message.wrench.force, axis) for axis in "xyz"}
+            writer.write(topic, WRENCH_TYPE, {"wrench": {"force": force}}, t_ns)
+    message = (
+        f"joints.urdf: the robot's description in {out} (metadata peg_on_hole_urdf) is not XML: "
+        "unclosed token: line 1, column 0"
+    )
+    fails(capsys, 2, message, "replay", out)
 
 
 def test_a_replay_refuses_a_pose_that_contradicts(tmp_path, capsys):
