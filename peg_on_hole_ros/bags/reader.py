@@ -16,6 +16,7 @@ from peg_on_hole_ros.bags.storage.bag_files import (
 from peg_on_hole_ros.bags.storage.decoders import decoders_of
 from peg_on_hole_ros.bags.storage.first_pass import FileContent, TopicInfo
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
+from peg_on_hole_ros.bags.storage.oversized import skipped_lines
 from peg_on_hole_ros.bags.storage.storages import OpenFiles, storage_of
 from peg_on_hole_ros.bags.storage.time_order import in_order, part_of
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
@@ -111,6 +112,15 @@ class Bag:
         """Number of all messages that can be read."""
         return sum(info.count for info in self.topics.values())
 
+    @property
+    def skipped(self) -> list[str]:
+        """What was too large to be read, and what would read it, a line each."""
+        skipped = []
+        for scan in self._scans:
+            topics = {number: channel.topic for number, channel in scan.channels.items()}
+            skipped += [(each, topics) for each in scan.skipped]
+        return skipped_lines(skipped, self._most)
+
     def require(self, types: dict[str, str], remedy: str = "") -> None:
         """
         Raise BagError unless each topic is there, with messages, of its type.
@@ -126,7 +136,7 @@ class Bag:
 
         """
         remedy = f"; {remedy}" if remedy else ""
-        cut = f"; {self.damage}" if self.damage else ""
+        cut = "".join(f"; {line}" for line in [*filter(None, [self.damage]), *self.skipped])
         if not self.count:
             raise BagError(f"{self.path} holds no messages{cut}")
         for topic, ros_type in types.items():
@@ -180,6 +190,7 @@ class Bag:
             f"files: {read.name} is read for the {named} of metadata.yaml"
             for named, read in self._stands_for.items()
         ]
+        told += self.skipped
         infos = [self.topics[topic] for topic in types if topic in self.topics]
         wrong = sum(info.wrong_log_times for info in infos)
         if wrong:

@@ -12,7 +12,7 @@ from mcap.writer import CompressionType
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.errors import BagError
-from recorded import INPUTS, PACK, Row, described, motion, records, write
+from recorded import INPUTS, PACK, Row, described, motion, records, write, writer
 
 MIB = 1 << 20
 ROWS = motion()
@@ -57,15 +57,17 @@ def test_a_chunk_that_swells_is_told_and_not_unpacked(tmp_path, stated, claim):
     at = put_in_front(path, chunk(b"", size=claim, packed=packed, crc=0))
     with at_most(40):
         bag = Bag(path)
-    if not claim:
-        # It says that it is empty, and is taken at its word.
+    if claim != MIB:
+        # It says that it is empty, and is taken at its word; or is passed over.
         assert not bag.damage and len(list(bag.items(INPUTS))) == len(ROWS)
+        told = (
+            "skipped: a chunk of 512 MiB unpacked, more than the 64 MiB that --max-chunk allows, "
+            "with the messages in it (none and more); the rest is read, and with --max-chunk 513 "
+            "all"
+        )
+        assert bag.remarks(INPUTS) == ([told] if claim else [])
         return
     assert bag.damage.startswith(f"{path} is damaged at byte {at}: ") and not bag.count
-    if claim > 64 * MIB:
-        assert bag.damage.endswith(
-            "what is there takes 512 MiB, more than the 64 MiB that --max-chunk allows"
-        )
     with pytest.raises(BagError, match=f"holds no messages; {path} is damaged at byte {at}"):
         bag.require(INPUTS)
 
@@ -82,9 +84,53 @@ def test_a_chunk_in_lz4_that_swells(tmp_path):
 
 def test_the_bound_of_a_chunk_can_be_chosen(tmp_path):
     path = write(tmp_path / "a.mcap", ROWS, chunk_size=40_000)
-    assert "takes 0.0" in Bag(path, most_chunk=20_000).damage
+    bag = Bag(path, most_chunk=20_000)
+    told = "skipped: 2 chunks of up to 0.0"
+    assert not bag.damage and not bag.count and bag.skipped[0].startswith(told)
+    with pytest.raises(BagError, match=f"holds no messages; {told}.* and with --max-chunk 2 all"):
+        bag.require(INPUTS)
     bag = Bag(path, most_chunk=80_000)
     assert not bag.damage and len(list(bag.items(INPUTS))) == len(ROWS)
+
+
+def with_points(path, count=1, **options):
+    """Write ROWS, and behind the first of each topic messages of 3 MiB on another topic."""
+    with writer(path, **options) as add:
+        for i, row in enumerate(ROWS):
+            for _ in range(count if i == 10 else 0):
+                add(Row("/points", row.log_ns, bytes(3 * MIB)), "std_msgs/msg/String")
+            add(row)
+    return path
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+def test_a_chunk_that_is_too_large_is_passed_over_with_what_it_holds(tmp_path, compression):
+    """Topics that are declared in it are known behind it, and what it holds is counted."""
+    path = with_points(tmp_path / "a.mcap", chunk_size=20_000, compression=compression)
+    with at_most(20):
+        bag = Bag(path, most_chunk=2 * MIB)
+        assert not bag.damage and len(list(bag.items(INPUTS))) == len(ROWS) - 10
+    (told,) = bag.skipped
+    assert told.startswith("skipped: a chunk of 3.0")
+    assert "the messages in it (/joint_states 4, /points 1, /wrench 6); the rest is read" in told
+    assert told.endswith(", and with --max-chunk 5 all")
+    whole = Bag(path, most_chunk=5 * MIB)
+    assert not whole.skipped and len(list(whole.items(INPUTS))) == len(ROWS)
+
+
+def test_records_that_are_too_large_are_passed_over(tmp_path):
+    path = with_points(tmp_path / "a.mcap", 3, use_chunking=False, enable_data_crcs=True)
+    bag = Bag(path, most_chunk=2 * MIB)
+    assert not bag.damage and len(list(bag.items(INPUTS))) == len(ROWS)
+    assert bag.remarks(INPUTS) == [
+        "skipped: 3 records of up to 3.00002 MiB on /points, more than the 2 MiB that --max-chunk "
+        "allows; the rest is read"
+    ]
+    # Their bytes count in the checksum of the data, which shows a fault in them.
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    assert "the data section does not fit its checksum" in Bag(path, most_chunk=2 * MIB).damage
 
 
 def test_messages_that_swell_are_bounded_together(tmp_path):

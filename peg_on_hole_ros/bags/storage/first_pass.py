@@ -12,6 +12,7 @@ from mcap.records import Channel, Schema, Statistics
 from peg_on_hole_ros.bags.storage.decoders import serving
 from peg_on_hole_ros.bags.storage.log_times import ABOUT, LogTimes
 from peg_on_hole_ros.bags.storage.message_rows import MessageRows, unpacked
+from peg_on_hole_ros.bags.storage.oversized import Skipped
 from peg_on_hole_ros.messages.cdr_layout import stamps
 
 # Messages whose log times are decided together.
@@ -90,6 +91,8 @@ class FileContent:
     channels : dict of int to Channel
     blocks : list of Block
     metadata : dict of str to dict of str to str
+    skipped : list of Skipped
+        What was too large to be read.
     damage : str
 
     """
@@ -100,6 +103,7 @@ class FileContent:
         self.channels: dict[int, Channel] = {}
         self.blocks: list[Block] = []
         self.metadata: dict[str, dict[str, str]] = {}
+        self.skipped: list[Skipped] = []
         self.damage = ""
         self._counts: Counter[int] = Counter()
         self._stamped: dict[int, bool] = {}
@@ -155,6 +159,11 @@ class FileContent:
         # A file of small chunks is decided as one of large ones.
         if self._read >= _DECIDED_TOGETHER:
             self._decide(ABOUT)
+
+    def skip(self, skipped: Skipped) -> None:
+        """Take note of what is too large to be read."""
+        self.skipped.append(skipped)
+        self._counts.update(skipped.channels)
 
     def finish(self) -> None:
         """Take note that no messages follow."""
@@ -217,7 +226,7 @@ class FileContent:
         short = {number: n - self._counts[number] for number, n in counts.items()}
         total = statistics.message_count
         lost = total - self._counts.total()
-        if lost <= 0:
+        if lost <= 0 or not all(skipped.whole for skipped in self.skipped):
             return ""
         topics = ", ".join(
             sorted(

@@ -10,6 +10,7 @@ records are stepped over here, and read by `mcap.records`.
 
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from io import BytesIO
@@ -21,13 +22,15 @@ from mcap.records import Channel, DataEnd, Metadata, Schema, Statistics
 
 from peg_on_hole_ros.bags.storage.first_pass import Block, FileContent, TopicInfo
 from peg_on_hole_ros.bags.storage.message_rows import HEAD, MessageRows, rows_in
+from peg_on_hole_ros.bags.storage.oversized import CHANNEL, Passing, Skipped, passed_chunk
 from peg_on_hole_ros.bags.storage.unpacking import (
     MOST_CHUNK,
     ChecksumError,
+    TooLarge,
     ZstdFile,
+    check_size,
     chunk_content,
     open_packed,
-    too_large,
 )
 from peg_on_hole_ros.errors import BagError
 
@@ -36,10 +39,10 @@ MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<QQI")
 # What a message begins with.
 _CHANNEL = struct.Struct("<H20x")
+# Kind of a record that has been passed over, one that no program writes.
+_PASSED = 0xFF
 # Messages outside chunks are grouped, so that ordering by time holds little in memory.
 _GROUP_BYTES = 1 << 20
-# Of a record that is passed over, at a time.
-_SKIPPED_AT_ONCE = 1 << 20
 # Those of which the content is used; a chunk's head takes little more than itself.
 _USED = (
     Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA,
@@ -191,20 +194,32 @@ class _FileWalk:
         if self._size is not None and length > self._size - self._stream.tell():
             return None
         before, crc = crc, zlib.crc32(head, crc)
-        used = opcode in _USED
-        if used and length > self._most + _MOST_HEAD:
+        content = Passing(self._stream, length, crc)
+        if opcode in _USED and length <= self._most + _MOST_HEAD:
+            body = self._stream.read(length)
+            whole = len(body) == length
+            return (opcode, head, body, before, zlib.crc32(body, crc)) if whole else None
+        if opcode in _USED:
             at = self._stream.tell() - HEAD.size
-            raise _Damage(f"damaged at byte {at}: {too_large(length, self._most)}")
-        body = self._stream.read(length) if used else b""
-        crc = zlib.crc32(body, crc)
-        left = length - len(body)
-        while left > 0 and not used:
-            piece = self._stream.read(min(left, _SKIPPED_AT_ONCE))
-            if not piece:
-                break
-            crc = zlib.crc32(piece, crc)
-            left -= len(piece)
-        return None if left else (opcode, head, body, before, crc)
+            try:
+                self._pass(opcode, content)
+            except (ValueError, struct.error) as error:
+                raise _Damage(f"damaged at byte {at}: {error}") from None
+            opcode = _PASSED
+        return (opcode, head, b"", before, content.crc) if content.to_the_end() else None
+
+    def _pass(self, opcode, content):
+        """Take note of a record that is larger than it may be."""
+        if opcode == Opcode.CHUNK:
+            skipped = passed_chunk(content, self._declared, self._most)
+        elif opcode == Opcode.MESSAGE:
+            size, (channel,) = content.left, CHANNEL.unpack(content.read(CHANNEL.size))
+            self._found.check([channel])
+            skipped = Skipped(False, size, Counter({channel: 1}), True)
+        else:
+            check_size(content.left, self._most)
+        self._end_run()
+        self._found.skip(skipped)
 
     def _take(self, offset, opcode, head, body):
         if opcode in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL):
@@ -221,7 +236,11 @@ class _FileWalk:
             return
         self._end_run()
         if opcode == Opcode.CHUNK:
-            content = chunk_content(body, self._most)
+            try:
+                content = chunk_content(body, self._most)
+            except TooLarge:
+                self._found.skip(passed_chunk(BytesIO(body), self._declared, self._most))
+                return
             rows = rows_in(content, lambda *where: self._declared(content, *where))
             block = Block(self._index, offset + HEAD.size, len(body), True)
             self._found.add(rows, block, self._most)

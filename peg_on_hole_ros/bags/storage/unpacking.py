@@ -14,7 +14,7 @@ from peg_on_hole_ros.errors import BagError
 MOST_CHUNK = 64 << 20
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 # Start, end, size and checksum of the records within; length of the compression's name.
-_CHUNK = struct.Struct("<QQQII")
+CHUNK_HEAD = struct.Struct("<QQQII")
 _U64 = struct.Struct("<Q")
 # A file that swells more than a bag does, once it has given more than any chunk may.
 _MOST_SWELLING = 1000
@@ -23,6 +23,10 @@ _SKIP = 1 << 20
 
 class ChecksumError(ValueError):
     """Content that does not fit its checksum."""
+
+
+class TooLarge(ValueError):
+    """Content that takes more than it may."""
 
 
 def chunk_content(body: bytes, most: int = MOST_CHUNK, validate: bool = True) -> bytes:
@@ -42,13 +46,15 @@ def chunk_content(body: bytes, most: int = MOST_CHUNK, validate: bool = True) ->
     ------
     ChecksumError
         The content is not what was written.
+    TooLarge
+        The chunk states more than `most`.
     ValueError
-        The chunk states more than `most`, or holds more or less than it states.
+        It holds more or less than it states.
 
     """
-    _, _, size, crc, length = _CHUNK.unpack_from(body)
-    at = _CHUNK.size + length
-    compression = bytes(body[_CHUNK.size : at]).decode()
+    _, _, size, crc, length = CHUNK_HEAD.unpack_from(body)
+    at = CHUNK_HEAD.size + length
+    compression = bytes(body[CHUNK_HEAD.size : at]).decode()
     packed = memoryview(body)[at + _U64.size :]
     if _U64.unpack_from(body, at)[0] != len(packed):
         raise ValueError(f"a chunk of {len(packed)} bytes states another length")
@@ -64,15 +70,15 @@ def chunk_content(body: bytes, most: int = MOST_CHUNK, validate: bool = True) ->
 def check_size(size: int, most: int) -> None:
     """Refuse what states or takes more than it may."""
     if size > most:
-        raise ValueError(too_large(size, most))
+        raise TooLarge(
+            f"what is there takes {size_text(size)}, more than the {size_text(most)} that "
+            "--max-chunk allows"
+        )
 
 
-def too_large(size: int, most: int) -> str:
-    """Return why something of a size is not read."""
-    return (
-        f"what is there takes {size / 2**20:.6g} MiB, more than the {most / 2**20:.6g} MiB that "
-        "--max-chunk allows"
-    )
+def size_text(size: int) -> str:
+    """Return a size in words."""
+    return f"{size / 2**20:.6g} MiB"
 
 
 def _unpacked(packed, compression, size):
