@@ -46,9 +46,9 @@ def shown(value: object) -> str:
     return cut(printable(text))
 
 
-def listed(names: Iterable[str], most: int = MOST_NAMED) -> str:
-    """Return the first of many names, printable, and how many more there are."""
+def listed(names: Iterable[str], most: int = MOST_NAMED, longest: int = MOST_SHOWN) -> str:
+    """Return the first of many names, printable and cut, and how many more there are."""
     names = list(names)
-    first = ", ".join(cut(printable(name)) for name in names[:most])
+    first = ", ".join(cut(printable(name), longest) for name in names[:most])
     more = len(names) - most
     return f"{first} and {more} more" if more > 0 else first or "none"

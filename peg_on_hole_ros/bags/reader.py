@@ -8,11 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Batch, Item
-from peg_on_hole_ros.bags.storage.bag_files import (
-    bag_files,
-    check_one_recording,
-    listed,
-)
+from peg_on_hole_ros.bags.storage.bag_files import bag_files, check_one_recording
 from peg_on_hole_ros.bags.storage.decoders import decoders_of
 from peg_on_hole_ros.bags.storage.first_pass import FileContent, TopicInfo
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
@@ -21,11 +17,15 @@ from peg_on_hole_ros.bags.storage.storages import OpenFiles, storage_of
 from peg_on_hole_ros.bags.storage.time_order import in_order, part_of
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
 from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.messages.encapsulation import foreign
+from peg_on_hole_ros.safe_text import cut, listed
 
 # Of the messages, and of their definitions.
 _ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
 _NAMELESS = "cdr, no schema"
 _ROS1 = "ros1"
+# Of a topic with its type and count, in an error [characters].
+_LONGEST_ROW = 200
 
 
 class BagMessage(NamedTuple):
@@ -90,6 +90,7 @@ class Bag:
         self.path = Path(path)
         self.topics: dict[str, TopicInfo] = {}
         self.undecodable: Counter[str] = Counter()
+        self._foreign: dict[str, set[str]] = {}
         self.damage = ""
         self.metadata: dict[str, dict[str, str]] = {}
         self._scans: list[FileContent] = []
@@ -136,22 +137,23 @@ class Bag:
 
         """
         remedy = f"; {remedy}" if remedy else ""
-        cut = "".join(f"; {line}" for line in [*filter(None, [self.damage]), *self.skipped])
+        more = "".join(f"; {line}" for line in [*filter(None, [self.damage]), *self.skipped])
         if not self.count:
-            raise BagError(f"{self.path} holds no messages{cut}")
+            raise BagError(f"{self.path} holds no messages{more}")
         for topic, ros_type in types.items():
             info = self.topics.get(topic)
             if info is None or not info.count:
                 raise BagError(
                     f"{self.path} has no messages on {topic} ({ros_type}); it has: "
-                    f"{self.listing()}{remedy}{cut}"
+                    f"{self.listing(ros_type)}{remedy}{more}"
                 )
             for encoding in info.encodings:
                 self._check_encoding(topic, encoding)
             if info.types not in ([ros_type], [""]):
                 found = " and ".join(name or "no type" for name in info.types)
                 raise BagError(
-                    f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
+                    f"{self.path}: {topic} is {found}, not {ros_type}; it has: "
+                    f"{self.listing(ros_type)}"
                     f"{remedy}"
                 )
 
@@ -167,14 +169,16 @@ class Bag:
                 "(cdr, with ros2msg or ros2idl) can be read"
             )
 
-    def listing(self) -> str:
-        """Return topics with type and count, for an error message."""
+    def listing(self, ros_type: str = "") -> str:
+        """Return topics with type and count, for an error message; those of a type come first."""
+        infos = [info for info in self.topics.values() if info.count]
+        infos.sort(key=lambda info: (ros_type not in info.types, info.name))
         rows = (
-            f"{info.name} ({' and '.join(name or 'no type' for name in info.types)}, {info.count})"
-            for info in sorted(self.topics.values(), key=lambda info: info.name)
-            if info.count
+            f"{cut(info.name)} ({' and '.join(name or 'no type' for name in info.types)}, "
+            f"{info.count})"
+            for info in infos
         )
-        return ", ".join(rows) or "nothing"
+        return listed(rows, longest=_LONGEST_ROW) if infos else "nothing"
 
     def remarks(self, types: dict[str, str]) -> list[str]:
         """
@@ -273,7 +277,21 @@ class Bag:
         for batch in self.batches(types):
             yield from batch.items(joints)
 
+    def foreign(self) -> list[str]:
+        """Return a line for each way of serialising that was met so far and is not read."""
+        return [
+            f"encoding: messages on {listed(sorted(topics))} are in {kind}, which is not read: "
+            "have them published and recorded in CDR (XCDR1), as ROS 2 does"
+            for kind, topics in self._foreign.items()
+        ]
+
     def _decoded(self, decoder, payload):
+        kind = foreign(payload)
+        if kind:
+            # Read as CDR it would give other numbers.
+            self.undecodable[decoder.topic] += 1
+            self._foreign.setdefault(kind, set()).add(decoder.topic)
+            return None
         try:
             return decoder.decode(payload)
         except Exception:

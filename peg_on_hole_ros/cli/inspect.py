@@ -154,7 +154,7 @@ def inspect(
     result["clock"] = {topic: heard.statistics[topic].summary() for topic in readers}
     if seen.loop:
         result["remarks"].append(seen.loop)
-    result["remarks"] += heard.stream.failed_looks
+    result["remarks"] += [*heard.stream.failed_looks, *bag.foreign()]
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
     if apart_by_name and wrench in readers:
         result["oddities"][wrench].append(apart_by_name)
@@ -185,7 +185,7 @@ def inspect(
         }
         replay["reason"] = (
             f"no message on {' and '.join(empty)} can be used; "
-            f"{remedy(lost, configuration.joints.names, seen)}"
+            f"{'; '.join(bag.foreign()) or remedy(lost, configuration.joints.names, seen)}"
             if empty
             else None
         )

@@ -175,7 +175,7 @@ def replay(
     doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen, replayed.causes)
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
-    doubts = [*bag.remarks(needed), *([mixed] if mixed else []), *doubts]
+    doubts = [*bag.remarks(needed), *bag.foreign(), *([mixed] if mixed else []), *doubts]
     failed = _note_failures(content, replayed.failures)
     no_page = None
     if page is not None and report_path:

@@ -191,6 +191,9 @@ class Engine:
 
     def _note_rows(self, rows):
         """Record rows; while a setting is in doubt, what rests on it is withheld."""
+        # Of an upright peg the estimate may be below zero by its noise; a tilt is not.
+        tilt = rows.values["state"][:, 0]
+        np.maximum(tilt, 0.0, out=tilt)
         if self.findings.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)

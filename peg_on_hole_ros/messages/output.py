@@ -236,6 +236,7 @@ def smoothed_messages(t_ns: int, state: np.ndarray, covariance: np.ndarray) -> l
     """Return `smoothed_state` and `smoothed_state_stddev`, which only a replay can give."""
     # To (-pi, pi], as in the filter's own state.
     angles = state[:3] - 2 * np.pi * np.ceil((state[:3] - np.pi) / (2 * np.pi)) * [0, 1, 1]
+    angles[0] = max(angles[0], 0.0)
     stddev = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     return [
         ("smoothed_state", JOINT_STATE, joint_state(t_ns, ANGLES, angles, state[3:])),

@@ -273,6 +273,8 @@ def replay_bag(
     if apart:
         raise BagError(f"{bag.path}: {apart}")
     used, dropped, events = fates(stream.counts, read)
+    if not stream.counts.get("wrench_used") and bag.foreign():
+        raise BagError(f"{bag.path}: {'; '.join(bag.foreign())}")
     if not stream.counts.get("wrench_used"):
         reasons = ", ".join(f"{reason} {n}" for reason, n in dropped.items())
         raise BagError(

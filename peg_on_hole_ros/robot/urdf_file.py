@@ -9,7 +9,7 @@ from typing import NamedTuple
 from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.urdf_source import MOST_URDF_BYTES, description_of, named
-from peg_on_hole_ros.safe_text import cut, printable, shown
+from peg_on_hole_ros.safe_text import listed, shown
 
 MOVING = ("revolute", "continuous", "prismatic")
 # Of a coordinate [m] or an angle [rad]: squares of much larger ones are no doubles.
@@ -26,8 +26,6 @@ MOST_FREEDOMS = 128
 _FREEDOMS = {"fixed": 0, "planar": 3, "floating": 6}
 # Of XML elements: in all, and within each other, as far as Pinocchio's parser follows.
 _MOST_ELEMENTS, _MOST_NESTED = 100_000, 100
-# Characters of a list of names in an error.
-_MOST_NAMES = 400
 
 
 class Joint(NamedTuple):
@@ -353,7 +351,7 @@ def _check_names(options, joints, leaders, path):
     missing = [name for name in leaders if name not in options.names]
     if missing:
         raise PegOnHoleError(
-            f"joints.names lacks {', '.join(missing)}, which "
+            f"joints.names lacks {listed(missing)}, which "
             f"{'moves' if len(missing) == 1 else 'move'} {options.tip_frame}: every joint "
             "between the root link and the tip has to be read"
         )
@@ -362,5 +360,5 @@ def _check_names(options, joints, leaders, path):
 def _nearest(name, known):
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
     if near:
-        return f"the nearest are: {', '.join(near)}"
-    return f"it has: {cut(printable(', '.join(known)), _MOST_NAMES) or 'none'}"
+        return f"the nearest are: {listed(near)}"
+    return f"it has: {listed(known)}"

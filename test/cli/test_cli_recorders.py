@@ -19,6 +19,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from recorded import (
     INPUTS,
     PACK,
+    STORE,
     UNPACKED,
     Row,
     definition,
@@ -28,6 +29,7 @@ from recorded import (
     records,
     wrench,
     write,
+    writer,
 )
 from small_bags import MS
 from small_bags import write_bag as write_small
@@ -339,3 +341,59 @@ def test_two_publishers_of_one_joint_do_jump(tmp_path, capsys):
     lines = json.loads(capsys.readouterr().out)["oddities"]["/joint_states"]
     (line,) = [line for line in lines if "jump" in line]
     assert line.startswith("positions jump ") and "by up to 0.3" in line
+
+
+def encapsulated(kind, topics=("/wrench", "/joint_states")):
+    """The sample with other first bytes, as another way of serialising has them."""
+    return [
+        row._replace(data=kind + row.data[2:]) if row.topic in topics else row for row in sample()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        (b"\0\7", "XCDR2 (0x0007)"),
+        (b"\0\6", "big-endian XCDR2 (0x0006)"),
+        (b"ab", "no CDR (0x6162)"),
+    ],
+)
+def test_what_is_no_cdr_is_named_as_that(tmp_path, capsys, kind, told):
+    path = write(tmp_path / "a.mcap", encapsulated(kind))
+    line = (
+        f"encoding: messages on /joint_states, /wrench are in {told}, which is not read: have "
+        "them published and recorded in CDR (XCDR1), as ROS 2 does"
+    )
+    fails(capsys, 3, f"{path}: {line}", "replay", path)
+    assert main(["inspect", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert f"\n{line}\n" in out and f"can be used; {line}" in out
+    # Where the other can be used it is a remark.
+    path = write(tmp_path / "b.mcap", encapsulated(kind, ["/joint_states"])[:400] + sample()[400:])
+    assert main(["replay", str(path)]) == 0
+    assert f"encoding: messages on /joint_states are in {told}" in capsys.readouterr().out
+
+
+def test_big_endian_messages_are_read(tmp_path, capsys):
+    rows = []
+    for row in sample():
+        message, kind = STORE.deserialize_cdr(row.data, INPUTS[row.topic]), INPUTS[row.topic]
+        data = bytes(STORE.serialize_cdr(message, kind, little_endian=False))
+        rows.append(row._replace(data=data))
+    assert {row.data[:2] for row in rows} == {b"\0\0"}
+    assert main(["replay", str(write(tmp_path / "a.mcap", rows))]) == 0
+    assert f"{len(rows)} of {len(rows)} messages used" in capsys.readouterr().out
+
+
+def test_hundreds_of_topics_make_no_page_of_an_error(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with writer(path) as add:
+        for i in range(800):
+            add(Row(f"/a/{i:03d}{'x' * 100}", i, b"\0\1\0\0"), "std_msgs/msg/String")
+        for row in sample()[:2]:
+            add(row._replace(topic=f"/cell{row.topic}"), INPUTS[row.topic])
+    assert main(["replay", str(path)]) == 3
+    error = capsys.readouterr().err
+    assert len(error) < 2000 and " and 792 more; name the topics" in error
+    # What may be meant comes first.
+    assert "it has: /cell/wrench (geometry_msgs/msg/WrenchStamped, 1), /a/000xx" in error

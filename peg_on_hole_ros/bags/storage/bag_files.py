@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.bags.storage.rosbag2_folder import Description, read_description
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from peg_on_hole_ros.safe_text import listed
 
 # As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
 _PART_NAME = re.compile(r"(.+)_(\d+)\.(mcap|db3)(\.zstd|\.zst)?")
-_MOST_LISTED = 10
 _STORED = (".mcap", ".db3")
 _PACKED = (".zstd", ".zst")
 # Packed as a whole by what nobody records with, and the command that unpacks it.
@@ -164,12 +164,6 @@ def _one_recording(found):
             f"{listed([file.name for file in found.files])}; {found.remedy()}"
         )
     return found
-
-
-def listed(names: list[str]) -> str:
-    """Return names for an error message, as far as they can be read in one."""
-    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
-    return ", ".join(names[:_MOST_LISTED]) + more
 
 
 def _described(path, description):
