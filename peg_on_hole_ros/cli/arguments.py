@@ -4,10 +4,13 @@ import argparse
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.safe_text import cut, printable
 from peg_on_hole_ros.startup.one_line import PROGRAM
 
 # Values that may begin with a minus sign, which argparse would take for an option.
 _SIGNED = ("--state", "--wrench")
+# Of what is said of an argument, before the usage [characters].
+_LONGEST_MESSAGE = 300
 
 
 class _Parser(argparse.ArgumentParser):
@@ -16,7 +19,8 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message):
         """Refuse the arguments."""
         usage = " ".join(self.format_usage().split())
-        raise PegOnHoleError(f"{message}; {usage}")
+        # What was given may be longer than any usage.
+        raise PegOnHoleError(f"{cut(printable(message), _LONGEST_MESSAGE)}; {usage}")
 
     def parse_known_args(self, args=None, namespace=None):
         """Parse; a command refuses itself what it does not know, else the top would, for it."""

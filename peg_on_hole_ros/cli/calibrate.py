@@ -24,6 +24,7 @@ from peg_on_hole_ros.messages.decode import Malformed
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.replay.advice import apart
 from peg_on_hole_ros.replay.run import check_bag
+from peg_on_hole_ros.safe_text import printable
 
 # For what is smoothed over some tens of them; how many slide steadily is told later.
 _FEWEST_SAMPLES = 50
@@ -75,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     if left_out:
         text, heading = (f"{each}\n{_left_out(left_out)}" for each in (text, heading))
     write_text(arguments.out, write_parameters(values, heading))
-    print(text)
+    print("\n".join(map(printable, text.split("\n"))))
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0

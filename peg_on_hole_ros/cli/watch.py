@@ -3,12 +3,14 @@
 import argparse
 import asyncio
 import re
+import socket
 from contextlib import suppress
 from importlib import import_module
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.report.live_page import drawn, live_page
+from peg_on_hole_ros.safe_text import shown
 from peg_on_hole_ros.startup.interrupt import note_signals
 
 PAGE_PORT = 8470
@@ -32,9 +34,25 @@ def run(arguments: argparse.Namespace) -> int:
         raise PegOnHoleError(
             f"--node = {arguments.node} is not the full name of a node, such as /cell/peg_on_hole"
         )
+    _check_host(arguments.host)
     with suppress(KeyboardInterrupt):  # before it serves
         (_foxglove if arguments.foxglove else _page)(arguments.node, arguments.host, port)
     return 0
+
+
+def _check_host(host):
+    """Refuse what is no address of this machine; a server would blame the port."""
+    try:
+        found = socket.getaddrinfo(host or None, 0, type=socket.SOCK_STREAM)
+        for family, kind, protocol, _, address in found:
+            with socket.socket(family, kind, protocol) as one:
+                one.bind(address)
+    except (OSError, ValueError) as error:  # ValueError: what is no name at all
+        why = getattr(error, "strerror", None) or error
+        raise PegOnHoleError(
+            f"--host {shown(host)} is no address of this machine: {why}; name one, such as "
+            "127.0.0.1 for this machine alone, or 0.0.0.0 for all that reach it"
+        ) from None
 
 
 def _foxglove(node, host, port):

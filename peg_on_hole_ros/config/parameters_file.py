@@ -50,10 +50,12 @@ def read_parameters(path: str | Path, node: str | None = None) -> dict[str, obje
     values: dict[str, object] = {}
     lines: dict[str, int] = {}
     for part in ours:
+        found: dict[str, object] = {}
         try:
-            _flatten(_body(part), "", part.line, values, lines)
+            _flatten(_body(part), "", part.line, found, lines)
         except _Misplaced as error:
             raise PegOnHoleError(f"{path}, line {error.line}: {error}") from None
+        values |= found
     # A name that does not exist tells more than the value that it was split from: 0,2.
     for name, value in sorted(values.items(), key=lambda item: item[0] in BY_NAME):
         try:
@@ -164,6 +166,12 @@ def _flatten(tree, prefix, line, values, lines):
         group = isinstance(value, Group) or any(row.startswith(f"{full}.") for row in BY_NAME)
         if group and full not in BY_NAME:
             _flatten(value, f"{full}.", tree.lines[key], values, lines)
+        elif full in values:
+            # Dotted and within its group: which of the two would hold is no matter of luck.
+            raise _Misplaced(
+                tree.lines[key],
+                f"{printable(cut(full))} was there before, at line {lines[full]}; write it once",
+            )
         else:
             values[full], lines[full] = value, tree.lines[key]
 

@@ -6,6 +6,7 @@ from functools import wraps
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.safe_text import printable
 
 Transition = Callable[..., TransitionCallbackReturn]
 
@@ -29,7 +30,8 @@ def log_errors(transition: Transition) -> Transition:
             known = isinstance(error, PegOnHoleError)
             name = transition.__name__.removeprefix("on_")
             what = "recover from that" if name == "error" else name
-            node.get_logger().error(str(error) if known else f"cannot {what}: {error!r}")
+            text = str(error) if known else f"cannot {what}: {error!r}"
+            node.get_logger().error(printable(text))
             return TransitionCallbackReturn.ERROR
 
     return logged

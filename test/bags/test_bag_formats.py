@@ -5,7 +5,9 @@ import sqlite3
 import subprocess
 from contextlib import closing
 
+import numpy as np
 import pytest
+import zstandard
 from mcap.writer import CompressionType
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
@@ -117,8 +119,34 @@ def test_a_file_in_sqlite_that_is_damaged(tmp_path):
     middle = len(data) // 2
     data[middle : middle + 300_000] = b"\xff" * 300_000
     file.write_bytes(data)
-    with pytest.raises(BagError, match=f"^{file} is no bag in SQLite: .* malformed$"):
+    remedy = (
+        "copy it again, or if it was cut off take out what is whole: sqlite3 "
+        f"{file} .recover | sqlite3 whole.db3"
+    )
+    with pytest.raises(BagError) as caught:
         Bag(file)
+    assert str(caught.value).startswith(f"{file} is no bag in SQLite: ")
+    assert str(caught.value).endswith(f" malformed; {remedy}")
+
+
+@pytest.mark.parametrize("share", [0.6, 0.02])
+def test_a_packed_file_in_sqlite_that_is_cut_is_named_as_it_was_given(tmp_path, share):
+    random = np.random.default_rng(1)
+    with Rosbag2Writer(tmp_path / "rec", version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        connection = bag.add_connection("/points", "std_msgs/msg/String", typestore=STORE)
+        for k in range(20):
+            bag.write(connection, k, random.bytes(100_000))
+    (file,) = (tmp_path / "rec").glob("*.db3")
+    data = file.read_bytes()
+    path = tmp_path / "a.db3.zstd"
+    packed = zstandard.ZstdCompressor().compress(data)
+    path.write_bytes(packed[: int(share * len(packed))])
+    with pytest.raises(BagError) as caught:
+        Bag(path)
+    told = str(caught.value)
+    assert told.startswith(f"{path} is no bag in SQLite: it is cut off, ")
+    assert f" of {len(data)} bytes can be unpacked; " in told and "copy it again" in told
+    assert "/peg_on_hole_" not in told
 
 
 def test_what_a_killed_recorder_left_beside_a_file_in_sqlite_is_read(tmp_path, expected):

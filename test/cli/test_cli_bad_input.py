@@ -159,7 +159,16 @@ def test_files_that_are_no_bags_are_exit_code_3(tmp_path, capsys, name):
     path = tmp_path / "a.mcap"
     fails(capsys, 3, f"there is no bag {path}", name, path)
     path.write_bytes(b"")
-    fails(capsys, 3, f"{path} is empty (0 bytes)", name, path)
+    nothing = (
+        "its recorder was stopped before it wrote, or its copy ended: copy it again, or name "
+        "another bag"
+    )
+    fails(capsys, 3, f"{path} is empty (0 bytes); {nothing}", name, path)
+    sqlite = tmp_path / "a.db3"
+    sqlite.touch()
+    message = f"{sqlite} is no bag in SQLite: it is empty (0 bytes); {nothing}"
+    fails(capsys, 3, message, name, sqlite)
+    sqlite.unlink()
     path.write_bytes(b"time,fx,fy\n0,1,2\n")
     fails(capsys, 3, f"{path} is not an MCAP file: it begins with b'time,fx,'", name, path)
     fails(
@@ -276,3 +285,22 @@ def test_a_calibration_does_not_overwrite_what_it_reads(bag, tmp_path, capsys):
     start = config(tmp_path, "scene: {friction: 0.3}")
     message = f"cannot write {start}: it is the file that is read"
     fails(capsys, 2, message, "calibrate", bag, "--out", start, "--config", start)
+
+
+@pytest.mark.parametrize("host", ["no such host", "192.0.2.1", "."])
+@pytest.mark.parametrize("more", [[], ["--foxglove"]])
+def test_a_host_that_is_none_of_this_machine_is_not_blamed_on_the_port(capsys, host, more):
+    assert main(["watch", "--host", host, *more]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"peg-on-hole: error: --host '{host}' is no address of this machine: ")
+    assert "--port" not in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--" + "x" * 10_000], ["--max-chunk", "x" * 10_000], ["\x1b[31m" * 1000] * 2]
+)
+def test_of_a_long_argument_the_begin_is_printed_with_the_usage(capsys, arguments):
+    assert main(["inspect", "a.mcap", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert "...; usage: peg-on-hole inspect" in error and len(error) < 1000
+    assert "\x1b" not in error

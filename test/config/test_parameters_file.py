@@ -217,6 +217,14 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
             "{path} is not YAML at line 4: 'peg_on_hole' was there before in the same group, at "
             "line 1; write it once, with all that belongs to it",
         ),
+        (
+            body("scene.friction: 0.4", "joints: {delay: 0.01}", "scene: {friction: 0.3}"),
+            "{path}, line 5: scene.friction was there before, at line 3; write it once",
+        ),
+        (
+            body("scene: {peg_mass: 0.4, friction: 0.3}", "scene.friction: 0.3"),
+            "{path}, line 4: scene.friction was there before, at line 3; write it once",
+        ),
         ("a: [1\n", "{path} is not YAML at line 2: expected ',' or ']', but got '<stream end>'"),
         (
             "peg_on_hole:\n  ros__parameters: {joints: {names: {gamma: 1, psi: 2, phi: 3}}}",

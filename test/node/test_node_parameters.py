@@ -379,8 +379,6 @@ MASS = "    scene.peg_mass: 0.6\n"
         OWN + ALL,
         ALL + OWN,
         ALL + OWN + MASS + ALL.replace("**", "*").replace("0.5", "0.7"),
-        OWN + "    scene.friction: 0.4\n",
-        "peg_on_hole:\n  ros__parameters:\n    scene.friction: 0.4\n    scene: {friction: 0.3}\n",
         "camera:\n  ros__parameters: {scene: {friction: 0.8}}\n" + OWN + MASS,
         "/**/peg_on_hole:\n  ros__parameters: {scene: {friction: 0.8}}\n" + ALL,
     ],

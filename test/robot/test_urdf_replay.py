@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message
 
-from arm import JOINTS, OPTIONS, Arm, angles
+from arm import JOINTS, OPTIONS, URDF, Arm, angles
 from cli_helpers import fails
 from dds_peer import Peer, node_process, stop
 from peg_on_hole_ros.bags.estimates import estimates
@@ -208,3 +208,17 @@ def test_node_says_why_it_cannot_be_configured(tmp_path):
         text, _ = process.communicate(timeout=60)
     assert "joints.names lacks arm_2, arm_3, arm_4, arm_5, arm_6, arm_7" in text
     assert process.returncode == 2
+
+
+@pytest.mark.nightly
+def test_names_of_a_description_reach_the_log_of_a_node_as_text(tmp_path):
+    """XML lets names have what a terminal obeys, such as CSI (0x9b)."""
+    urdf = tmp_path / "a.urdf"
+    text = URDF.read_text(encoding="utf-8").replace('"tool"', '"\x9b31mtool"')
+    urdf.write_text(text.replace("arm_2", "\x9b5marm_2"), encoding="utf-8")
+    path = parameters_file(tmp_path, names=["arm_1"], urdf=str(urdf), tip_frame="\x9b31mtool")
+    with node_process("--params-file", str(path)) as process:
+        text, _ = process.communicate(timeout=60)
+    assert "\x9b" not in text and process.returncode == 2
+    assert "joints.names lacks \\x9b5marm_2, arm_3" in text
+    assert "which move \\x9b31mtool: every joint" in text

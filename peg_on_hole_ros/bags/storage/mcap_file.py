@@ -25,6 +25,7 @@ from peg_on_hole_ros.bags.storage.message_rows import HEAD, MessageRows, rows_in
 from peg_on_hole_ros.bags.storage.oversized import CHANNEL, Passing, Skipped, passed_chunk
 from peg_on_hole_ros.bags.storage.unpacking import (
     MOST_CHUNK,
+    NOTHING_IN_IT,
     ChecksumError,
     TooLarge,
     ZstdFile,
@@ -82,7 +83,8 @@ def scan_file(
         finally:
             found.finish()
     if not index:
-        raise BagError(f"{path} is {found.damage}")
+        remedy = "" if magic else f"; {NOTHING_IN_IT}"
+        raise BagError(f"{path} is {found.damage}{remedy}")
     # Of a recording in parts the last one may have been opened and never written.
     return found
 

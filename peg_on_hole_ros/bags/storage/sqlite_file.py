@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from shlex import quote
 from shutil import copyfile
 
 import numpy as np
@@ -18,9 +19,10 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.errors import ReaderError
 
+from peg_on_hole_ros.bags.storage.bag_files import bare
 from peg_on_hole_ros.bags.storage.first_pass import Block, FileContent, TopicInfo
 from peg_on_hole_ros.bags.storage.message_rows import LATEST, MessageRows
-from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK, ZstdFile
+from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK, NOTHING_IN_IT, ZstdFile
 from peg_on_hole_ros.errors import BagError
 
 # Of messages of a stretch [bytes].
@@ -59,10 +61,12 @@ class SqliteFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._empty, self._cut = False, ""
         self._folder: tempfile.TemporaryDirectory | None = None
         with self._errors():
             if path.suffix in (".zstd", ".zst"):
                 path = self._unpacked(path)
+            self._empty = not path.stat().st_size
             log = path.with_name(path.name + "-wal")
             if log.is_file() and log.stat().st_size:
                 path = self._with_log(path, log)
@@ -80,6 +84,10 @@ class SqliteFile:
         with ZstdFile(path) as packed, target.open("wb") as out:
             while piece := packed.read(_BLOCK_BYTES):
                 out.write(piece)
+            if packed.tell() < packed.stated():
+                self._cut = (
+                    f"it is cut off, {packed.tell()} of {packed.stated()} bytes can be unpacked; "
+                )
         return target
 
     def _with_log(self, path, log):
@@ -102,9 +110,24 @@ class SqliteFile:
         except OSError as error:
             raise BagError(f"cannot read {self.path}: {error.strerror or error}") from None
         except ReaderError as error:
-            raise BagError(f"{self.path} is no bag in SQLite: {error}") from None
+            raise BagError(f"{self.path} is no bag in SQLite: {self._told(error)}") from None
         except Exception as error:
-            raise BagError(f"cannot read {self.path}: {error}") from None
+            raise BagError(f"cannot read {self.path}: {self._told(error)}") from None
+
+    def _told(self, error):
+        """Return an error, of the file that was given and not of its copy, and a remedy."""
+        if self._empty:
+            return f"{self._cut or 'it is empty (0 bytes); '}{NOTHING_IN_IT}"
+        text = str(error)
+        if self._folder:
+            copy = Path(self._folder.name) / self.path.stem
+            text = text.replace(str(copy), str(self.path)).replace(str(copy.parent), "its copy")
+        name = quote(str(self.path))
+        unpacked = f"zstd -d {name}, then " if self._folder else ""
+        return (
+            f"{self._cut}{text.rstrip('.')}; copy it again, or if it was cut off take out what is "
+            f"whole: {unpacked}sqlite3 {quote(str(bare(self.path)))} .recover | sqlite3 whole.db3"
+        )
 
     def declare(self, found: FileContent) -> None:
         """Tell of topics, types and definitions."""

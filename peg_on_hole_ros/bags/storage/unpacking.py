@@ -13,12 +13,18 @@ from peg_on_hole_ros.errors import BagError
 # What a chunk, or the messages of one, may take unpacked [bytes]; recorders write 0.8 to 10 MB.
 MOST_CHUNK = 64 << 20
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+# Of an empty file.
+NOTHING_IN_IT = (
+    "its recorder was stopped before it wrote, or its copy ended: copy it again, or name another "
+    "bag"
+)
 # Start, end, size and checksum of the records within; length of the compression's name.
 CHUNK_HEAD = struct.Struct("<QQQII")
 _U64 = struct.Struct("<Q")
 # A file that swells more than a bag does, once it has given more than any chunk may.
 _MOST_SWELLING = 1000
 _SKIP = 1 << 20
+_LONGEST_FRAME_HEAD = 18
 
 
 class ChecksumError(ValueError):
@@ -164,6 +170,15 @@ class ZstdFile:
                     27, f"it unpacks to more than {_MOST_SWELLING} times its size", self.name
                 )
         return b"".join(parts)
+
+    def stated(self) -> int:
+        """Return how long its first frame says that it is unpacked [bytes]; 0: it does not."""
+        with Path(self.name).open("rb") as file:
+            head = file.read(_LONGEST_FRAME_HEAD)
+        try:
+            return max(zstandard.frame_content_size(head), 0)
+        except zstandard.ZstdError:
+            return 0
 
     def seek(self, position: int) -> None:
         """Go to a byte of what is unpacked."""
