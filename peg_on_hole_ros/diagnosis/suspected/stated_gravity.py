@@ -23,7 +23,7 @@ class StatedGravity(Suspect):
     """
 
     NAME = "stated_gravity"
-    TELLS = (
+    FINDS = (
         (
             "`scene.gravity`: it contradicts `joints.hole_rpy` and the robot's root link by more "
             "than 3 degrees; with the `hole_rpy` that would agree",
@@ -38,7 +38,7 @@ class StatedGravity(Suspect):
     def take(self, moment: Moment, unsure: bool) -> None:
         """Report it with the first wrench, see the package."""
         if self._text and self.finding is None:
-            self.finding = Finding(self._text, {}, "scene")
+            self.finding = Finding(self._text, {}, "scene", voids=True)
 
 
 def contradiction(configuration: Configuration) -> str:
