@@ -20,6 +20,7 @@ from benchmarks.grid.cells import NOISE, Motion, truth_of, with_noise
 from benchmarks.grid.misstated import with_values
 from benchmarks.grid.pegs import closing
 from benchmarks.harness.errors import REACTIONS, SETTLE_NS, STATES, drawn, inside, runs_of
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import table
@@ -189,7 +190,7 @@ def score(case: Case, truth: Truth, seed: int, changed: dict) -> Score:
     def make(*given):
         return ContactFilter(*given, settings=default_settings(**changed))
 
-    pipeline = Pipeline(configuration, make=make)
+    pipeline = Pipeline(exactly(configuration), make=make)
     samples = case.on_the_way(measure(truth, seed), seed)
     runs = runs_of(truth, [record_of(pipeline, samples)])
     told = (truth.mode == "three_point") & truth.known & (truth.t_ns >= SETTLE_NS)

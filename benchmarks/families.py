@@ -12,6 +12,7 @@ FAMILIES = {
     "offsets_learnt": "benchmarks.grid.offsets_learnt",
     "other_pegs": "benchmarks.grid.other_pegs",
     "friction_found": "benchmarks.grid.friction_found",
+    "accuracies": "benchmarks.grid.accuracies",
     "consistency": "benchmarks.grid.consistency",
     "scenes": "benchmarks.scenes.scenes",
     "faults": "benchmarks.faults.faults",

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from peg_on_hole_ros.records import ANGLES, CONTACTS, WEIGHED_SETTINGS
+from peg_on_hole_ros.records import ACCURACIES, ANGLES, CONTACTS, WEIGHED_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, Matrix3, Matrix6, Record, Vector3, Vector6
 
 
@@ -326,6 +326,17 @@ class Row(Record):
             "what a setting that is off would cost at the contact that moves most",
             _NOT_ON_THREE,
             tuple(f"doubt_{name}" for name in WEIGHED_SETTINGS),
+        ),
+    ]
+    accuracy_doubt: Annotated[
+        Floats,
+        (len(ACCURACIES),),
+        _monitor(
+            "N",
+            "standard deviation that a stated accuracy adds to the reaction that it moves most",
+            "unless the peg is on three contacts or surely on K and B, and where every "
+            "`accuracy.*` is 0",
+            tuple(f"doubt_{name}" for name in ACCURACIES),
         ),
     ]
 

@@ -19,6 +19,12 @@ WEIGHED_SETTINGS = (
 )  # fmt: skip
 
 
+# Kinds of accuracies, which are stated and never learnt: `estimator.accuracy_record`.
+ACCURACIES = (
+    "gain", "crosstalk", "sensor_place", "sensor_axes", "payload", "orientation", "diameter",
+)  # fmt: skip
+
+
 class Answer(NamedTuple):
     """
     What came of something that was asked for.

@@ -27,6 +27,7 @@ from scipy.signal import savgol_filter
 from benchmarks.grid import score as grid_score
 from benchmarks.grid.score import bound_along
 from benchmarks.harness.errors import coverage, rms
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import table, three
@@ -152,7 +153,7 @@ def residuals(truth, seeds, noise=True):
     found = []
     for seed in seeds:
         samples = measure(measured, seed, exact=truth.wrench)
-        record = record_of(Pipeline(truth.plan.configuration), samples)
+        record = record_of(Pipeline(exactly(truth.plan.configuration)), samples)
         rows = (record.t_ns - START_NS) // 1_000_000
         told = (record.t_ns - START_NS >= AFTER_NS) & (rows < truth.slides)
         rows, normal = rows[told], truth.normal[rows[told]]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.harness.errors import QUANTITIES, REACTIONS, inside, near_reversal, rms, runs_of
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
@@ -59,7 +60,8 @@ class Residuals(NamedTuple):
 def residuals(truth, seeds) -> Residuals:
     """Return what the estimate did, measured with each of the seeds."""
     # What is stated is not drawn: the scenes are played as they are shipped.
-    records = [record_of(Pipeline(truth.plan.configuration), measure(truth, s)) for s in seeds]
+    told = exactly(truth.plan.configuration)
+    records = [record_of(Pipeline(told), measure(truth, s)) for s in seeds]
     runs = runs_of(truth, records)
     three_point = (truth.mode == "three_point") & truth.known
     kind = np.where(near_reversal(truth), "reversal", "steady")

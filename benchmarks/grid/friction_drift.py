@@ -26,6 +26,7 @@ from benchmarks.grid.cells import (
     with_noise,
 )
 from benchmarks.harness.errors import coverage, drawn
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
@@ -87,7 +88,7 @@ def score_member(member: Member, folder: Path) -> dict:
     truth = with_noise(truth, noise, LEARNT)
     exact, errors, stated = sensor_wrench(truth), [], []
     for seed in range(FIRST_SEED, FIRST_SEED + member.seeds):
-        pipeline = Pipeline(drawn(truth.plan.configuration, seed))
+        pipeline = Pipeline(drawn(exactly(truth.plan.configuration), seed))
         record = record_of(pipeline, measure(truth, seed, exact=exact))
         rows = np.searchsorted(truth.t_ns, record.t_ns - START_NS)
         values = np.column_stack([record.monitor["friction"], record.normal])

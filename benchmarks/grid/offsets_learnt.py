@@ -20,6 +20,7 @@ from benchmarks.grid import cells, misstated
 from benchmarks.grid.cells import Motion, truth_of, with_noise
 from benchmarks.grid.misstated import tilted
 from benchmarks.harness.errors import SETTLE_NS, coverage
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
@@ -92,7 +93,7 @@ def pipeline_of(configuration, tilt=(0.0, 0.0)):
     """Return the pipeline of a level cell whose hole leans by a tilt [rad]."""
     gravity = tuple((tilt_axes(tilt) @ configuration.scene.gravity).tolist())
     scene = replace(configuration.scene, gravity=gravity)
-    return Pipeline(replace(configuration, scene=scene))
+    return Pipeline(exactly(replace(configuration, scene=scene)))
 
 
 def _normalised(kalman, bias, tilt, friction):

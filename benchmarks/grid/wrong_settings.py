@@ -25,6 +25,7 @@ from benchmarks.grid.misstated import tilted, with_lever, with_scene, with_tare,
 from benchmarks.grid.pegs import closing
 from benchmarks.grid.score import bound_of
 from benchmarks.harness.errors import REACTIONS, SETTLE_NS, coverage, rms, run_seeds
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import Record, record_of
 from benchmarks.harness.tables import percent, table
@@ -95,7 +96,7 @@ def first_told(truth, configuration, change, seeds):
     """Return of each seed when something is first told [s], or None."""
     exact, found = sensor_wrench(truth), []
     for seed in seeds:
-        pipeline, told = Pipeline(configuration), None
+        pipeline, told = Pipeline(exactly(configuration)), None
         for sample in measure(truth, seed, exact=exact):
             pipeline.on_sample(change(sample))
             if pipeline.counts[TOLD_BY]:
@@ -153,7 +154,7 @@ def sought(truth, seeds):
         stddev = LEARNT if share is None else share * right
         for start in STATED:
             told = with_scene(truth, friction=start * right, friction_stddev=stddev)
-            configuration = told.plan.configuration
+            configuration = exactly(told.plan.configuration)
             ends = np.array(
                 [
                     soon_and_last(

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.player import Record, play
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration
@@ -144,7 +145,8 @@ def run_seeds(truth, seeds, exact=None, start_error=None, player=play) -> Runs:
     exact = sensor_wrench(truth) if exact is None else exact
 
     def played(seed):
-        parameters = changed_parameters(drawn(truth.plan.configuration, seed))
+        told = exactly(truth.plan.configuration)
+        parameters = changed_parameters(drawn(told, seed))
         samples = _first_wrong(measure(truth, seed, exact=exact), seed, start_error)
         return player(parameters, list(map(tuple, samples)), START_NS + SETTLE_NS)
 

@@ -23,11 +23,13 @@ from peg_on_hole_ros.records import JointSample, WrenchSample
 # The folder is asked, not the import: an editable install of another checkout would fill in
 # whatever modules this one lacks.
 if (Path(peg_on_hole_ros.__file__).parent / "engine").is_dir():
-    from peg_on_hole_ros.config.configuration import from_parameters
+    from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
     from peg_on_hole_ros.engine.pipeline import Pipeline
 else:
     from peg_on_hole_ros.configuration import from_parameters
     from peg_on_hole_ros.pipeline import Pipeline
+
+    BY_NAME = {}
 
 ALARMS = ("jamming", "contact_loss", "overload")
 
@@ -159,7 +161,13 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int = 0) -> Record:
         Innovations count from this stamp on.
 
     """
-    return record_of(Pipeline(from_parameters(parameters)), map(_sample, samples), settled_ns)
+    # A checkout that knows no accuracies takes every cell for exact.
+    known = {
+        name: value
+        for name, value in parameters.items()
+        if name in BY_NAME or not name.startswith("accuracy.")
+    }
+    return record_of(Pipeline(from_parameters(known)), map(_sample, samples), settled_ns)
 
 
 def _sample(fields):

@@ -17,7 +17,7 @@ from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 # What figures come from; tables and runs may change beside them.
 HARNESS = [
     Path(__file__).with_name(f"{name}.py")
-    for name in ("player", "errors", "events", "truths", "draw")
+    for name in ("player", "errors", "events", "truths", "draw", "exact")
 ]
 
 

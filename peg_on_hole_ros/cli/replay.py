@@ -35,6 +35,7 @@ from peg_on_hole_ros.replay.advice import other_units
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
 from peg_on_hole_ros.replay.topic_findings import two_robots
+from peg_on_hole_ros.report.accuracy_line import accuracy_line
 from peg_on_hole_ros.safe_text import printable
 
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
@@ -72,7 +73,8 @@ def _one_bag(arguments, out):
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    print(_summary_text(result, score, doubts, words(result["untold"], configuration)))
+    remarks = words(result["untold"], configuration), accuracy_line(result["accuracies"])
+    print(_summary_text(result, score, doubts, list(filter(None, remarks))))
     if not configuration.monitor.modes:
         print(UNJUDGED)
     if no_page is not None:
@@ -294,7 +296,7 @@ class _Writer:
         self._writer.write_columns(PREFIX, columns)
 
 
-def _summary_text(result, score, doubts, untold):
+def _summary_text(result, score, doubts, remarks):
     messages = result["messages"]
     transition = result["transition_time"]
     lines = [
@@ -313,7 +315,7 @@ def _summary_text(result, score, doubts, untold):
         "",
         _largest(result["max_normal"], result["reactions_void"]),
     ]
-    lines += [untold] if untold else []
+    lines += remarks
     if result["cycles"]:
         begun, head = result["start_time"], CYCLE_HEAD
         if any(cycle["start_time"] < begun for cycle in result["cycles"]):

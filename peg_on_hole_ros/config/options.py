@@ -82,6 +82,25 @@ class JointInput:
 
 
 @dataclass(frozen=True)
+class Accuracy:
+    """How exact sensor, payload, encoders and gauge are, a standard deviation each; 0: exact."""
+
+    gain: float = 0.01
+    crosstalk: float = 0.005
+    sensor_xyz: float = 1.0e-3
+    sensor_rpy: float = 5.0e-3
+    payload_mass: float = 0.02
+    payload_com: float = 1.0e-3
+    orientation: float = 5.0e-4
+    diameter: float = 1.0e-6
+
+    @staticmethod
+    def exact() -> "Accuracy":
+        """Return what a simulated cell has, in which everything is as it is stated."""
+        return Accuracy(**dict.fromkeys(Accuracy.__dataclass_fields__, 0.0))
+
+
+@dataclass(frozen=True)
 class FilterOptions:
     """What the estimator learns, how long it trusts, and when it gives a motion up."""
 
@@ -150,6 +169,7 @@ class Configuration:
     scene: Scene = field(default_factory=Scene)
     wrench: WrenchInput = field(default_factory=WrenchInput)
     joints: JointInput = field(default_factory=JointInput)
+    accuracy: Accuracy = field(default_factory=Accuracy)
     filter: FilterOptions = field(default_factory=FilterOptions)
     monitor: MonitorOptions = field(default_factory=MonitorOptions)
     plan: Cell = field(default_factory=Cell)

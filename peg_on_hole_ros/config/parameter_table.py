@@ -98,6 +98,10 @@ def _joints(name, *rest, **more):
     return _row(f"joints.{name}", *rest, **more)
 
 
+def _accuracy(name, *rest):
+    return _row(f"accuracy.{name}", *rest)
+
+
 def _filter(name, *rest, **more):
     return _row(f"filter.{name}", *rest, **more)
 
@@ -303,6 +307,48 @@ PARAMETERS: tuple[Parameter, ...] = (
         "gravity_link",
         "link of the URDF along whose -z gravity pulls, fixed to its root link; empty: the root "
         f"link; {GRAVITY_STATED}: scene.gravity holds, at its default too",
+    ),
+    _accuracy(
+        "gain",
+        "of the sensor: share of the load that each channel may be off by, with linearity, "
+        "hysteresis and creep; a standard deviation as all here, only widens bounds; 0: exact",
+        "",
+        0.0,
+        0.5,
+    ),
+    _accuracy(
+        "crosstalk",
+        "share of the other two forces that a force may take up, and of the other two torques "
+        "that a torque may; 0: none",
+        "",
+        0.0,
+        0.5,
+    ),
+    _accuracy("sensor_xyz", "of each coordinate of wrench.sensor_xyz; 0: exact", "m", 0.0, 0.1),
+    _accuracy("sensor_rpy", "of the sensor, about each of its axes; 0: exact", "rad", 0.0, 0.5),
+    _accuracy("payload_mass", "of wrench.payload_mass, as a share of it; 0: exact", "", 0.0, 1.0),
+    _accuracy(
+        "payload_com",
+        "of each coordinate of wrench.payload_com, where there is a payload; 0: exact",
+        "m",
+        0.0,
+        1.0,
+    ),
+    _accuracy(
+        "orientation",
+        "offset of the peg's tilt against the hole, by encoders, grip and hole_rpy, about each "
+        "axis; not used where joints.hole_tilt_stddev is stated; 0: exact",
+        "rad",
+        0.0,
+        0.2,
+    ),
+    _accuracy(
+        "diameter",
+        "of each of the two diameters as gauged; not used where scene.clearance_stddev is stated; "
+        "0: exact",
+        "m",
+        0.0,
+        0.01,
     ),
     _filter(
         "method",

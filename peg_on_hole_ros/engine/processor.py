@@ -62,6 +62,7 @@ class Processor:
         self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)
         self._offsets = self.reduction.offsets(configuration)
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
+        self.reduction.fill_accuracies(self.filter.fields.accuracies, configuration.accuracy)
         # A filter that has steps of its own is called step by step.
         self.in_one_piece = type(self.filter) is ContactFilter
         self.memory = np.zeros(1, dtype_of(EngineState))

@@ -151,6 +151,7 @@ class ContactFilter:
         memory, open_ = self.fields, self._n - OPEN
         memory.start_friction = self.scene.friction
         memory.start_friction_stddev = self.scene.friction_stddev
+        memory.friction_moved[:] = 0.0
         memory.open_mean[:open_] = 0.0
         memory.open_stddev[:open_] = self._stated_stddev
 

@@ -53,13 +53,15 @@ def describe(
     tilt, unknown = tilt_on_contacts(p, motion.gamma), registry.unknown_reactions(on_contacts)
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
-        stddev = sqrt(max(estimate.reactions.covariance[i, i], 0.0))
+        variance = max(estimate.reactions.covariance[i, i], 0.0)
+        stddev = sqrt(variance + estimate.accuracy.reactions[i])
         row.normal[i] = 0.0
         row.normal_stddev[i] = stddev if unknown > 0 else wide
         row.slip_speed[i] = slips[i].speed
         row.slip_speed_stddev[i] = sqrt(max(slips[i].variance, 0.0))
     if unknown > 0:
         fill_pushing(estimate.reactions, estimate.work, row.normal)
+        _fill_accuracy_doubt(estimate, row)
     if registry.is_in_hole(on_contacts):
         two_point_forces(p, estimate, row)
     else:
@@ -68,6 +70,18 @@ def describe(
     # Two contacts that give leave the depth open.
     fill_pose(p, motion, peg_height, unknown < 3, row)
     fill_quaternion(row.rotation, row.orientation)
+
+
+@compiled
+def _fill_accuracy_doubt(estimate: Estimate, row: Row) -> None:
+    """Fill in what each kind of accuracy adds to the reaction that it moves most [N]."""
+    effect = estimate.accuracy
+    for k in range(len(row.accuracy_doubt)):
+        most = 0.0
+        for i in range(3):
+            most = max(most, effect.by_kind[k, i])
+        if effect.stated != 0:
+            row.accuracy_doubt[k] = sqrt(most)
 
 
 @compiled

@@ -5,6 +5,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from peg_on_hole_ros.estimator.accuracy_record import SOURCES, Accuracies
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.settings import Settings
@@ -44,6 +45,8 @@ class FilterRecord(Record):
         What one unit of the sensor's bias adds to a wrench on the peg.
     friction_open : bool
         Whether friction has a spread.
+    accuracies : Accuracies
+        As stated, with the load that they act on.
     noise : ndarray, shape (6, 6)
         Covariance of a wrench on the peg.
     wrench : ndarray, shape (6,)
@@ -56,6 +59,11 @@ class FilterRecord(Record):
         Friction at the next start, and its standard deviation.
     refused : int
         Orientations that were refused in a row.
+    friction_moved : ndarray, shape (SOURCES,)
+        By what one standard deviation of each source of `accuracies` has moved friction [-].
+    friction_variance, friction_least : float
+        Variance of friction after the last wrench, and the least that it has been, as much larger
+        as process noise has made it since [-].
     tilt_inflation : ndarray, shape (2,)
         Variance that was added to that of the tilt [rad^2], see `inflate_tilt_variance`.
     state : State
@@ -71,6 +79,7 @@ class FilterRecord(Record):
     estimated: Values
     bias_map: Matrix6
     friction_open: bool
+    accuracies: Accuracies
     noise: Matrix6
     wrench: Vector6
     record: Estimate
@@ -79,5 +88,8 @@ class FilterRecord(Record):
     start_friction: float
     start_friction_stddev: float
     refused: int
+    friction_moved: Annotated[Floats, (SOURCES,)]
+    friction_variance: float
+    friction_least: float
     tilt_inflation: Annotated[Floats, (2,)]
     state: State

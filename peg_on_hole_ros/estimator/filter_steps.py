@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
 from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.estimator.start import forget_air, start_mixture
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
+from peg_on_hole_ros.estimator.stated_accuracy import follow_accuracies, steady_friction_variance
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.typed_record import Floats
@@ -134,7 +135,9 @@ def weigh(memory: FilterMemory, u: Floats, contact_set: int) -> None:
         bias_in_air.update_bias_in_air(kalman)
     else:
         forget_air(kalman.state)
+    friction_before = steady_friction_variance(kalman)
     update_from_wrench(kalman, contact_set)
+    follow_accuracies(kalman, friction_before)
     inflate_tilt_variance(kalman)
     fill_record(kalman)
 

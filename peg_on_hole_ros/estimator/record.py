@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated
 
+from peg_on_hole_ros.estimator.accuracy_record import AccuracyEffect
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, workspace
 from peg_on_hole_ros.typed_record import Floats, Matrix3, Matrix6, Record, Vector3, Vector6
@@ -92,6 +93,8 @@ class Estimate(Record):
     accelerations : ndarray, shape (3,)
         [rad/s^2].
     reactions : Reactions
+    accuracy : AccuracyEffect
+        What stated accuracies add to the variances of reactions and friction.
     slips : sequence of Slip
         At K, B1, B2.
     friction_scales : ndarray, shape (3,)
@@ -117,6 +120,7 @@ class Estimate(Record):
     motion: Motion
     accelerations: Vector3
     reactions: Reactions
+    accuracy: AccuracyEffect
     slips: Annotated[Sequence[Slip], (3,)]
     friction_scales: Vector3
     contacts: ContactSet

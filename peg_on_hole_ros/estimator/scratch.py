@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from peg_on_hole_ros.estimator.accuracy_record import AccuracyScratch
 from peg_on_hole_ros.estimator.settings import MOST_MODES
 from peg_on_hole_ros.estimator.state import (
     MOST_HYPOTHESES,
@@ -68,6 +69,10 @@ class Scratch(Record):
         Products of the whitened columns of the reactions.
     column_K : ndarray, shape (6,)
         The column of N_K while friction at K is apart.
+    by_diameter : ndarray, shape (6,)
+        Derivative of the residual by the peg's diameter.
+    accuracy : AccuracyScratch
+        Of what stated accuracies make of the reactions.
 
     """
 
@@ -98,3 +103,5 @@ class Scratch(Record):
     whitened: Matrix6
     gram: Matrix3
     column_K: Vector6
+    by_diameter: Vector6
+    accuracy: AccuracyScratch

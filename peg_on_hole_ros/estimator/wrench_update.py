@@ -97,7 +97,7 @@ def _drifts(kalman: FilterRecord) -> bool:
 
 
 @compiled
-def _prior(kalman: FilterRecord) -> float:
+def reaction_variance(kalman: FilterRecord) -> float:
     """Return the prior variance of each reaction [N^2]."""
     return (kalman.settings.reaction_prior * kalman.state.load) ** 2
 
@@ -107,7 +107,9 @@ def _forget_contact(kalman: FilterRecord) -> None:
     """Make the reactions unknown, and accelerations that only a wrench determines."""
     state, settings, n = kalman.state, kalman.settings, kalman.places.reactions
     for j in range(state.components):
-        registry.begin_reactions(state.contact_set, state.x[j], state.P[j], n, _prior(kalman))
+        registry.begin_reactions(
+            state.contact_set, state.x[j], state.P[j], n, reaction_variance(kalman)
+        )
         if isinf(settings.mode_time[j % settings.modes]):
             variance = unmeasured_acceleration(settings) ** 2
             reset_three(state.P[j], ACCELERATION, n + 3, variance)
@@ -126,7 +128,7 @@ def _begin_wrench(kalman: FilterRecord, begins: bool) -> None:
         scratch.product_covariance[j] = 0.0
         if not begins and settings.products > 0.0:
             fill_product_covariance(P, kalman.places, scratch.product_covariance[j])
-        registry.begin_reactions(state.contact_set, x, P, n, _prior(kalman))
+        registry.begin_reactions(state.contact_set, x, P, n, reaction_variance(kalman))
         if isinf(settings.mode_time[mode]):
             reset_three(P, ACCELERATION, n + 3, settings.mode_stddev[mode] ** 2)
         copy_component(scratch.x[j], scratch.P[j], x, P, n + 3)

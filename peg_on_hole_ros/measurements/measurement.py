@@ -5,7 +5,8 @@ from math import cos, isfinite, sin
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration, WrenchInput
+from peg_on_hole_ros.config.options import Accuracy, Configuration, WrenchInput
+from peg_on_hole_ros.estimator.accuracy_record import Accuracies
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_WRENCH
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -162,6 +163,7 @@ class WrenchReduction:
         steps.base_in_hole[:] = R_HB
         steps.matrix[:], steps.arm[:], steps.mass = self.matrix, arm, mass
         self.steps = steps
+        self._payload = float(options.payload_mass), payload_P - center_P
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity, float)
 
@@ -185,6 +187,16 @@ class WrenchReduction:
             options.hole_tilt == "estimated",
             configuration.joints.delay_stddev,
         )
+
+    def fill_accuracies(self, stated: Accuracies, accuracy: Accuracy) -> None:
+        """Fill in the accuracies as stated, and what of this sensor and payload they act on."""
+        stated.gain, stated.crosstalk = accuracy.gain, accuracy.crosstalk
+        stated.sensor_place, stated.sensor_axes = accuracy.sensor_xyz, accuracy.sensor_rpy
+        stated.payload_mass, stated.payload_place = accuracy.payload_mass, accuracy.payload_com
+        stated.orientation, stated.diameter = accuracy.orientation, accuracy.diameter
+        stated.stated = int(accuracy != Accuracy.exact())
+        stated.sensor_map[:] = self.matrix
+        stated.payload_kg, stated.payload_arm[:] = self._payload
 
     @property
     def stated(self) -> np.ndarray:
@@ -287,6 +299,23 @@ def reduce_wrench(
         for j in range(6):
             out[i] += steps.matrix[i, j] * (measured[j] - steps.tare[j])
     add_weight_below(steps, q, gravity, out)
+
+
+@compiled
+def note_load(
+    steps: ReductionSteps,
+    measured: np.ndarray,
+    q: np.ndarray,
+    gravity: tuple[float, float, float],
+    stated: Accuracies,
+) -> None:
+    """Note what sensor and payload carry, by what `reduce_wrench` has left of a reading."""
+    for i in range(6):
+        stated.load[i] = measured[i] - steps.tare[i]
+    if stated.payload_kg > 0.0:
+        x, y, z = turned_to_peg(q, gravity)
+        mass = stated.payload_kg
+        stated.weight[0], stated.weight[1], stated.weight[2] = mass * x, mass * y, mass * z
 
 
 @compiled

@@ -47,11 +47,11 @@ def fill_known(known: Known, estimate: Estimate, determinant: float, band: float
         `monitor.singular_band`.
 
     """
-    scene, reactions = estimate.scene, estimate.reactions
+    scene, reactions, accuracy = estimate.scene, estimate.reactions, estimate.accuracy
     clearance, variance = scene.D - scene.d, max(estimate.friction_variance, 0.0)
     if variance > 0.0 and estimate.motion.gamma < scene.gamma0:
         variance += (scene.f * KNOWN_QUANTITIES.gives / clearance) ** 2
-    known.friction, known.friction_stddev = scene.f, sqrt(variance)
+    known.friction, known.friction_stddev = scene.f, sqrt(variance + accuracy.friction)
     known.clearance = clearance
     known.clearance_stddev = sqrt(max(estimate.diameter_variance, 0.0))
     total = reactions.normal[0] + reactions.normal[1] + reactions.normal[2]
@@ -63,7 +63,7 @@ def fill_known(known: Known, estimate: Estimate, determinant: float, band: float
         share = 2.0 if two and i > 0 else 1.0
         clear = (
             clear
-            and share * sqrt(max(reactions.covariance[i, i], 0.0))
+            and share * sqrt(max(reactions.covariance[i, i], 0.0) + accuracy.reactions[i])
             <= total / KNOWN_QUANTITIES.over_spread
         )
         clear = (

@@ -4,7 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS, WEIGHED_SETTINGS
+from peg_on_hole_ros.records import ACCURACIES, ALARM_LEVELS, CONTACTS, WEIGHED_SETTINGS
 
 VERSION = 1
 # Why no reaction is told, though the outputs had some.
@@ -32,6 +32,8 @@ class Summary:
         self._transition: float | None = None
         self._max_normal: list[float] | None = None
         self._untold: list[float] | None = None
+        # Mean squares over the outputs with determined reactions [N^2].
+        self._accuracies, self._determined = np.zeros(len(ACCURACIES)), 0
         self._levels: dict[str, int] = {}
         self._alarms: list[dict] = []
         self._alarm_changes = 0
@@ -48,6 +50,7 @@ class Summary:
         if len(normal):
             most = normal.max(axis=0).tolist()
             self._max_normal = list(map(max, self._max_normal or most, most))
+        self._add_accuracies(columns["accuracy_doubt"][columns.determined])
         costs = columns["doubt"]
         known = costs[np.isfinite(costs).any(axis=1)]
         if len(known):
@@ -65,6 +68,18 @@ class Summary:
                 self._add_alarms(passed, fields["alarms"]["status"])
         self._count_mode(n - begun)
         self._passed.take_all(t_ns)
+
+    def _add_accuracies(self, deviations):
+        known = deviations[np.isfinite(deviations).all(axis=1)]
+        # One after another, so that it is the same however many come at once.
+        squares = np.vstack([self._accuracies, np.square(known)])
+        self._accuracies = np.cumsum(squares, axis=0)[-1]
+        self._determined += len(known)
+
+    def _root_mean_square(self):
+        if not self._determined:
+            return [None] * len(ACCURACIES)
+        return np.sqrt(self._accuracies / self._determined).tolist()
 
     def _count_mode(self, stamps):
         if stamps:
@@ -96,6 +111,7 @@ class Summary:
             "transition_time": self._transition,
             "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
             "untold": dict(zip(WEIGHED_SETTINGS, self._untold or [None] * len(WEIGHED_SETTINGS))),
+            "accuracies": dict(zip(ACCURACIES, self._root_mean_square())),
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())
             },
@@ -111,6 +127,7 @@ def without_reactions(content: dict) -> dict:
         "reactions_void": VOID,
         "max_normal": nothing,
         "untold": dict.fromkeys(WEIGHED_SETTINGS),
+        "accuracies": dict.fromkeys(ACCURACIES),
         "cycles": [
             cycle | {"peak_normal": nothing, "mean_normal": nothing} for cycle in content["cycles"]
         ],

@@ -8,6 +8,7 @@ from peg_on_hole_ros.bags.truth import BOUND_STDDEVS
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.records import CONTACTS
 from peg_on_hole_ros.report import words
+from peg_on_hole_ros.report.accuracy_line import accuracy_line
 from peg_on_hole_ros.report.inputs import Inputs
 from peg_on_hole_ros.report.markup import html, jump, points, section, sentence, shown, table
 from peg_on_hole_ros.report.model import model, with_drawing
@@ -103,16 +104,21 @@ def _damage(damage):
 
 def _summary(found):
     content, limits = found.content, found.configuration.monitor.max_normal
-    void = content["reactions_void"]
-    peaks = {} if void else found.tracks.peaks
+    peaks = {} if content["reactions_void"] else found.tracks.peaks
     cards = [
-        ("Loads", points([words.load_line(peaks, limits, void)]) + _loads(peaks, limits)),
+        ("Loads", points(_load_lines(content, peaks, limits)) + _loads(peaks, limits)),
         ("Alarms", points(words.alarm_lines(content["alarms"], content["alarm_changes"]))),
         ("What to doubt", points(words.doubt_lines(found.doubts, found.tracks.undetermined))),
         ("Dropped", points([words.dropped_line(content["messages"])])),
     ]
     body = "\n".join(f"<div><h3>{title}</h3>\n{text}</div>" for title, text in cards)
     return section("summary", "In short", f'<div class="summary">\n{body}\n</div>')
+
+
+def _load_lines(content, peaks, limits):
+    accuracy = accuracy_line(content["accuracies"])
+    bounded = [words.Remark(f"{accuracy[:1].upper()}{accuracy[1:]}.")] if accuracy else []
+    return [words.load_line(peaks, limits, content["reactions_void"]), *bounded]
 
 
 def _loads(peaks, limits):

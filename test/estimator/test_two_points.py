@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.harness.exact import exactly
 from benchmarks.insertion.scenes import Case, plan_of
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, differences, samples, with_scene
 from insertions import inserted
@@ -77,7 +78,7 @@ def test_it_answers_to_filterpy_through_the_transition(opened, before, after):
 def told(request):
     """Rows of an insertion with friction stated wrongly, and the truth."""
     truth = inserted("goes_on")
-    configuration = truth.plan.configuration
+    configuration = exactly(truth.plan.configuration)
     scene = configuration.scene
     stated = replace(scene, friction=request.param * scene.friction)
     rows = list(Pipeline(replace(configuration, scene=stated)).play(measure(truth, 4)))

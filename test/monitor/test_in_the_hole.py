@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.truths import play
 from benchmarks.insertion.labels import labels_of
 from benchmarks.insertion.scenes import Case, plan_of
@@ -221,7 +222,7 @@ def test_the_spread_of_the_depth_is_that_of_tilt_and_clearance():
 def test_friction_is_told_no_surer_in_the_hole_than_contacts_that_give_let_it_be(stated):
     """It was learnt on a rim that gives by 1 um for 100 N, with a clearance of 40 um."""
     truth = inserted("goes_on", 4e-5, 3e-3)
-    told, scene = truth.plan.configuration, truth.plan.configuration.scene
+    told, scene = exactly(truth.plan.configuration), truth.plan.configuration.scene
     told = replace(told, scene=replace(scene, friction=stated * scene.friction))
     rows = list(Pipeline(told).play(measure(truth, 4)))
     late = [row for row in rows if row.contact_mode == "two_point"][100:]

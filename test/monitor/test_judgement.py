@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from benchmarks.harness.exact import exactly
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor.contacts import no_knowledge
@@ -20,7 +21,7 @@ from simulated import truth
 
 def test_one_call_does_what_its_parts_do():
     motion = truth("closing_with_slip")
-    line = Pipeline(motion.plan.configuration)
+    line = Pipeline(exactly(motion.plan.configuration))
     options, scene = line.configuration.monitor, line.scene
     noise = force_noise(scene, line.processor.reduction.covariance)
     settings = monitor_settings(options, scene, noise)

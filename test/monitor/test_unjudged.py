@@ -13,6 +13,7 @@ from late_samples import ordered, shuffled
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.records import ACCURACIES
 from peg_on_hole_ros.replay.summary import Summary
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.sim.measure import START_NS, measure
@@ -25,7 +26,7 @@ NUMBERS = {
     "transition_probability", "friction", "friction_stddev", "clearance", "clearance_stddev",
     "reactions_determined", "joints_noise",
 }  # fmt: skip
-AT_TIMES = {"nis_median", "nis_drift"}
+AT_TIMES = {"nis_median", "nis_drift", *(f"doubt_{kind}" for kind in ACCURACIES)}
 
 
 def pipeline(modes=False):

@@ -87,6 +87,9 @@ NOT_TUNED = {
     "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
     "measurements/orientation": {"ROW": "columns"},
+    "estimator/accuracy_record": {
+        "GAINS CROSSTALKS PLACES AXES PAYLOADS TILTS DIAMETERS SOURCES ROWS OF_FRICTION": "places",
+    },
     "estimator/contact_sets/free": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/three_on_rim": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/two_in_hole": {"UNKNOWN_REACTIONS": "contacts"},

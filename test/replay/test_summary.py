@@ -8,7 +8,7 @@ import pytest
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.monitor.output_row import NOTHING
-from peg_on_hole_ros.records import WEIGHED_SETTINGS, Rows
+from peg_on_hole_ros.records import ACCURACIES, WEIGHED_SETTINGS, Rows
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.stamps import StampStatistics
 from peg_on_hole_ros.replay.summary import Summary
@@ -67,6 +67,7 @@ def test_figures_are_those_of_the_outputs():
         "transition_time": pytest.approx(0.002, abs=1e-12),
         "max_normal": {"K": 4.0, "B1": 20.0, "B2": 3.0},
         "untold": dict.fromkeys(WEIGHED_SETTINGS),
+        "accuracies": dict.fromkeys(ACCURACIES),
         "contact_mode": {"three_point": 0.4, "two_point": 0.6},
         "alarms": [
             {"name": "overload", "level": "WARN", "message": "overload 1"},

@@ -17,6 +17,7 @@ from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.records import ACCURACIES
 from peg_on_hole_ros.report.inputs import Inputs
 from peg_on_hole_ros.report.page import library
 from peg_on_hole_ros.report.replay_page import Replay, replay_page
@@ -28,7 +29,7 @@ MESSAGES = {"read": 3, "used": 2, "dropped": {"wrench_dropped_late": 1}, "events
 CONTENT = {
     "damage": None, "messages": MESSAGES, "outputs": 2, "start_time": 1.0, "duration": 0.5,
     "contact_mode": MODES, "alarms": [], "alarm_changes": 0, "cycles": [], "realtime_factor": 2.0,
-    "reactions_void": None,
+    "reactions_void": None, "accuracies": dict.fromkeys(ACCURACIES),
 }  # fmt: skip
 
 

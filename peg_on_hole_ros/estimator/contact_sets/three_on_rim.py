@@ -61,7 +61,7 @@ def linearise(
     ----------
     kalman : FilterRecord
         With the wrench and its noise; of `scratch` are filled: residual, jacobian, noise,
-        direction_noise and by_friction.
+        direction_noise, by_friction and by_diameter.
     scene : SceneScalars
         The scene as stated.
     x, P : ndarray
@@ -124,7 +124,8 @@ def linearise(
         for j in range(3):
             E[i, RATE + j] = slopes[row + BY_RATES + j]
         E[i, 0], E[i, 1], E[i, 2] = slopes[row + BY_GAMMA], 0.0, 0.0
-        fill_clearance_jacobian(scene, x, places, load, slopes[row + BY_PEG_DIAMETER], E[i])
+        scratch.by_diameter[i] = slopes[row + BY_PEG_DIAMETER]
+        fill_clearance_jacobian(scene, x, places, load, scratch.by_diameter[i], E[i])
     _reduce(geo, scratch.applied_jacobian)
     subtract_applied_jacobian(scratch, places, kalman.bias_map)
     fill_wrench_noise(scratch, kalman.noise)

@@ -81,6 +81,7 @@ def linearise(
     wrench = applied_wrench(kalman, scene, x, s, c)
     for i in range(6):
         residual[i] = -wrench[i]
+        scratch.by_diameter[i] = 0.0
         for j in range(n + 3):
             E[i, j] = 0.0
         for j in range(6):
@@ -195,6 +196,7 @@ def _subtract_contact(
     # By the diameter: the peg's radius moves both, its length in the hole moves K.
     thicker = _moved(w, 0.5 * c, 0.5 * s - (1.0 / s if contact == 0 else 0.0))
     for i in range(6):
+        scratch.by_diameter[i] -= N * thicker[i]
         fill_clearance_jacobian(scene, x, places, -load, -N * thicker[i], E[i])
 
 

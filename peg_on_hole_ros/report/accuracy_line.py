@@ -1,0 +1,45 @@
+"""Which stated accuracy bounds the reactions, in words."""
+
+from math import hypot
+
+from peg_on_hole_ros.records import ACCURACIES
+
+# The parameters of each kind.
+NAMES = dict(
+    zip(
+        ACCURACIES,
+        (
+            "accuracy.gain",
+            "accuracy.crosstalk",
+            "accuracy.sensor_xyz",
+            "accuracy.sensor_rpy",
+            "accuracy.payload_mass and payload_com",
+            "accuracy.orientation",
+            "accuracy.diameter",
+        ),
+        strict=True,
+    )
+)
+# Kinds that are named, and what is worth a line [N].
+_MOST_NAMED, _LEAST = 3, 0.05
+
+
+def accuracy_line(deviations: dict[str, float | None]) -> str:
+    """
+    Return what stated accuracies add to the reactions, the largest first; empty: nothing.
+
+    Parameters
+    ----------
+    deviations : dict of str to float or None
+        By kind: standard deviation of the reaction that it moves most [N]; None: not determined.
+
+    """
+    known = {name: value for name, value in deviations.items() if value is not None}
+    total = hypot(*known.values())
+    if total < _LEAST:
+        return ""
+    largest = sorted(known, key=lambda name: -known[name])[:_MOST_NAMED]
+    parts = ", ".join(
+        f"{known[name]:.2g} N by {NAMES[name]}" for name in largest if known[name] >= _LEAST
+    )
+    return f"stated accuracies leave the reactions open by {total:.2g} N (one deviation): {parts}"
