@@ -335,7 +335,7 @@ class Row(Record):
             "N",
             "standard deviation that a stated accuracy adds to the reaction that it moves most",
             "unless the peg is on three contacts or surely on K and B, and where every "
-            "`accuracy.*` is 0",
+            "`accuracy.*` and `wrench.low_pass` is 0",
             tuple(f"doubt_{name}" for name in ACCURACIES),
         ),
     ]

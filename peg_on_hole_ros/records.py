@@ -22,6 +22,7 @@ WEIGHED_SETTINGS = (
 # Kinds of accuracies, which are stated and never learnt: `estimator.accuracy_record`.
 ACCURACIES = (
     "gain", "crosstalk", "sensor_place", "sensor_axes", "payload", "orientation", "diameter",
+    "low_pass",
 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.grid import cells
 from benchmarks.grid.cells import first_samples, touching
 from benchmarks.harness.errors import REACTIONS, changed_parameters, inside, rms, runs_of
+from benchmarks.harness.exact import exactly
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import player_of
 from benchmarks.harness.tables import percent, table
@@ -145,7 +146,7 @@ def score_member(member: Member, folder: Path) -> dict:
     """Return the figures of a motion; each is a list over its runs, or over K, B1, B2."""
     truth, friction = stepping(*member.of)
     exact, player = sensor_wrench(truth), player_of(member.checkout)
-    parameters = changed_parameters(truth.plan.configuration)
+    parameters = changed_parameters(exactly(truth.plan.configuration))
     records = [
         player(parameters, list(map(tuple, measure(truth, seed, exact=exact))), START_NS)
         for seed in range(FIRST_SEED, FIRST_SEED + member.seeds)

@@ -36,6 +36,7 @@ class WrenchInput:
     sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_stddev: float = 0.2
     torque_stddev: float = 0.005
+    low_pass: float = 0.0
     bias_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bias_torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bias_force_stddev: float = 0.0

@@ -183,6 +183,14 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench("torque_stddev", "noise of each torque component", "N m", 1e-7, 1e3),
     _wrench(
+        "low_pass",
+        "cut-off of the sensor's or the driver's low-pass, first order; where the load changes "
+        "fast, bounds widen by what it lags behind; 0: there is none",
+        "Hz",
+        0.0,
+        1e5,
+    ),
+    _wrench(
         "bias_force",
         "what the unloaded sensor reads, sensor axes; a tare takes its place",
         "N",

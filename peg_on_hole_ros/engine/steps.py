@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimator.orientation_update import jumped_lately
 from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
-from peg_on_hole_ros.measurements.measurement import note_load, reduce_wrench
+from peg_on_hole_ros.measurements.measurement import note_load, note_payload, reduce_wrench
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
 from peg_on_hole_ros.measurements.wrench_noise import rough, saturated
@@ -270,7 +270,9 @@ def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> Conta
     q, gravity = e.filter[0].state.mixture_mean, filter_steps.gravity(e.filter)
     reduce_wrench(e.reduction, e.wrench, q, gravity, e.u)
     if e.filter[0].accuracies.stated != 0:
-        note_load(e.reduction, e.wrench, q, gravity, e.filter[0].accuracies)
+        note_payload(e.filter[0].accuracies, q, gravity)
+        since = e.filter[0].state.time_since_wrench
+        note_load(e.filter[0].accuracies, e.reduction, e.wrench, e.variance, since)
     # What has touched before a silence need not touch after it.
     if silent or e.progress.blind or wrench_noise.is_off(e.wrench_noise):
         return ContactSet.UNKNOWN

@@ -16,12 +16,13 @@ class Kind(IntEnum):
     PAYLOAD = 4
     ORIENTATION = 5
     DIAMETER = 6
+    LOW_PASS = 7
 
 
 KINDS = len(Kind)
 # Independent errors: where those of each kind begin, and how many there are.
-GAINS, CROSSTALKS, PLACES, AXES, PAYLOADS, TILTS, DIAMETERS = 0, 7, 13, 16, 19, 23, 25
-SOURCES = 26
+GAINS, CROSSTALKS, PLACES, AXES, PAYLOADS, TILTS, DIAMETERS, LAG = 0, 7, 13, 16, 19, 23, 25, 26
+SOURCES = 27
 # Rows of sensitivities: N_K, N_B1, N_B2, and friction.
 ROWS, OF_FRICTION = 4, 3
 
@@ -48,6 +49,8 @@ class Accuracies(Record):
         Offset of the orientation about each axis across the peg [rad].
     diameter : float
         Of each of the two diameters [m].
+    lag : float
+        By how much the wrench lags behind the load [s]; 0: by nothing.
     sensor_map : ndarray, shape (6, 6)
         From force and torque at the sensor, its axes, to those about the mass centre, peg axes.
     payload_kg : float
@@ -56,6 +59,8 @@ class Accuracies(Record):
         Its mass centre from that of the peg, peg axes [m].
     load : ndarray, shape (6,)
         What the sensor carries at the last wrench, without its bias, sensor axes [N], [N m].
+    behind : ndarray, shape (6,)
+        By how much that lags behind the load, as it changes [N], [N m].
     weight : ndarray, shape (3,)
         Of the payload at the last wrench, peg axes [N].
 
@@ -70,10 +75,12 @@ class Accuracies(Record):
     payload_place: float
     orientation: float
     diameter: float
+    lag: float
     sensor_map: Matrix6
     payload_kg: float
     payload_arm: Vector3
     load: Vector6
+    behind: Vector6
     weight: Vector3
 
 

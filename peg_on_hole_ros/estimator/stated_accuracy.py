@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimator.accuracy_record import (
     CROSSTALKS,
     DIAMETERS,
     GAINS,
+    LAG,
     OF_FRICTION,
     PAYLOADS,
     PLACES,
@@ -43,6 +44,7 @@ for _first, _kind in (
     (PAYLOADS, Kind.PAYLOAD),
     (TILTS, Kind.ORIENTATION),
     (DIAMETERS, Kind.DIAMETER),
+    (LAG, Kind.LOW_PASS),
 ):
     _KIND_OF[_first:] = _kind
 # Half of the variance of a gain is common to all channels, as of an amplifier or a reference load.
@@ -254,11 +256,11 @@ def _fill_effects(kalman: FilterRecord) -> None:
 
 @compiled
 def _fill_channels(stated: Accuracies, work: AccuracyScratch) -> None:
-    """Fill in the effects of gains and crosstalk, channel by channel of the sensor."""
+    """Fill in the effects of gains, crosstalk and lag, channel by channel of the sensor."""
     load, by = stated.load, work.by_sensor
     own = _HALF * stated.gain
     for k in range(ROWS):
-        work.effect[GAINS + 6, k] = 0.0
+        work.effect[GAINS + 6, k] = work.effect[LAG, k] = 0.0
     for i in range(6):
         first = 0 if i < 3 else 3
         others = 0.0
@@ -269,6 +271,7 @@ def _fill_channels(stated: Accuracies, work: AccuracyScratch) -> None:
             work.effect[GAINS + i, k] = own * load[i] * by[k, i]
             work.effect[GAINS + 6, k] += own * load[i] * by[k, i]
             work.effect[CROSSTALKS + i, k] = spoken * by[k, i]
+            work.effect[LAG, k] += stated.behind[i] * by[k, i]
 
 
 @compiled

@@ -1,14 +1,14 @@
 """From a wrench as received to the wrench on the peg."""
 
 from collections.abc import Sequence
-from math import cos, isfinite, sin
+from math import copysign, cos, isfinite, pi, sin, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.config.options import Accuracy, Configuration, WrenchInput
 from peg_on_hole_ros.estimator.accuracy_record import Accuracies
 from peg_on_hole_ros.estimator.offsets import Offsets
-from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_WRENCH
+from peg_on_hole_ros.measurements.tuned import LOW_PASS_LAG, PLAUSIBLE_WRENCH
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.mechanics.reference import peg_axes
@@ -165,6 +165,10 @@ class WrenchReduction:
         self.steps = steps
         self._payload = float(options.payload_mass), payload_P - center_P
         self._peg_mass = scene.peg_mass
+        lowest = LOW_PASS_LAG.lowest_cutoff
+        self._lag = 0.0
+        if options.low_pass > 0.0:
+            self._lag = 1.0 / (2.0 * pi * max(options.low_pass, lowest))
         self._gravity_H = np.array(scene.gravity, float)
 
     def take_noise(self, options: WrenchInput) -> None:
@@ -194,7 +198,8 @@ class WrenchReduction:
         stated.sensor_place, stated.sensor_axes = accuracy.sensor_xyz, accuracy.sensor_rpy
         stated.payload_mass, stated.payload_place = accuracy.payload_mass, accuracy.payload_com
         stated.orientation, stated.diameter = accuracy.orientation, accuracy.diameter
-        stated.stated = int(accuracy != Accuracy.exact())
+        stated.lag = self._lag
+        stated.stated = int(accuracy != Accuracy.exact() or self._lag > 0.0)
         stated.sensor_map[:] = self.matrix
         stated.payload_kg, stated.payload_arm[:] = self._payload
 
@@ -302,20 +307,49 @@ def reduce_wrench(
 
 
 @compiled
-def note_load(
-    steps: ReductionSteps,
-    measured: np.ndarray,
-    q: np.ndarray,
-    gravity: tuple[float, float, float],
-    stated: Accuracies,
-) -> None:
-    """Note what sensor and payload carry, by what `reduce_wrench` has left of a reading."""
-    for i in range(6):
-        stated.load[i] = measured[i] - steps.tare[i]
+def note_payload(stated: Accuracies, q: np.ndarray, gravity: tuple[float, float, float]) -> None:
+    """Note what the payload weighs in peg axes."""
     if stated.payload_kg > 0.0:
         x, y, z = turned_to_peg(q, gravity)
         mass = stated.payload_kg
         stated.weight[0], stated.weight[1], stated.weight[2] = mass * x, mass * y, mass * z
+
+
+@compiled
+def note_load(
+    stated: Accuracies,
+    steps: ReductionSteps,
+    measured: np.ndarray,
+    variance: np.ndarray,
+    since: float,
+) -> None:
+    """
+    Note what the sensor carries, and by how much it lags behind the load.
+
+    A first-order low-pass lags by its time constant times the rate of what comes out of it.
+
+    Parameters
+    ----------
+    stated : Accuracies
+        Changed.
+    steps : ReductionSteps
+    measured : ndarray, shape (6,)
+        What `reduce_wrench` has left of a reading.
+    variance : ndarray, shape (6,)
+        Of the noise of a reading.
+    since : float
+        The last wrench [s].
+
+    """
+    for i in range(6):
+        load = measured[i] - steps.tare[i]
+        change = load - stated.load[i]
+        # Two readings have noise; a change of less than so many deviations may be that alone.
+        surely = change * change - LOW_PASS_LAG.deviations**2 * 2.0 * variance[i]
+        stated.behind[i] = 0.0
+        if stated.lag > 0.0 and since > 0.0 and surely > 0.0:
+            stated.behind[i] = copysign(sqrt(surely), change) * stated.lag / since
+        stated.load[i] = load
 
 
 @compiled

@@ -167,6 +167,24 @@ class WrenchNoiseTest(NamedTuple):
     noisy: float = 2.25
 
 
+class LowPassLag(NamedTuple):
+    """
+    When a wrench behind a low-pass changes so fast that it lags behind the load.
+
+    Attributes
+    ----------
+    deviations : float
+        A change from one wrench to the next counts beyond so many deviations of its noise
+        [standard deviations]: 5 % of changes by noise alone are beyond.
+    lowest_cutoff : float
+        A cut-off counts as at least this [Hz]: below it no insertion can be seen.
+
+    """
+
+    deviations: float = 2.0
+    lowest_cutoff: float = 0.1
+
+
 ANGLE_FLOOR = AngleFloor()
 REPEATED_VALUES = RepeatedValues()
 INNOVATION_WINDOW = InnovationWindow()
@@ -174,6 +192,7 @@ PLAUSIBLE_WRENCH = PlausibleWrench()
 PLAUSIBLE_JOINTS = PlausibleJoints()
 SATURATION_TEST = SaturationTest()
 WRENCH_NOISE_TEST = WrenchNoiseTest()
+LOW_PASS_LAG = LowPassLag()
 
 
 class MeasurementNumbers(NamedTuple):
@@ -186,3 +205,4 @@ class MeasurementNumbers(NamedTuple):
     plausible_joints: PlausibleJoints = PLAUSIBLE_JOINTS
     saturation_test: SaturationTest = SATURATION_TEST
     wrench_noise_test: WrenchNoiseTest = WRENCH_NOISE_TEST
+    low_pass_lag: LowPassLag = LOW_PASS_LAG

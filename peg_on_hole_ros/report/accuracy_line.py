@@ -16,6 +16,7 @@ NAMES = dict(
             "accuracy.payload_mass and payload_com",
             "accuracy.orientation",
             "accuracy.diameter",
+            "wrench.low_pass",
         ),
         strict=True,
     )

@@ -138,6 +138,12 @@ def test_a_low_pass_in_the_driver_is_named_with_its_cutoff(path, begin, cutoff):
     assert "turn the driver's filter off" in text
 
 
+@pytest.mark.parametrize(("stated", "named"), [(50.0, False), (200.0, True)])
+def test_a_low_pass_that_is_stated_is_named_only_where_it_is_another(stated, named):
+    line = played(Filtered(50.0), 0.0, 2.2, CYCLE, **{"wrench.low_pass": stated})
+    assert any(text.startswith("wrench: low-pass: ") for text in line.causes) == named
+
+
 @pytest.mark.parametrize("path", BAGS, ids=lambda path: path.stem)
 @pytest.mark.parametrize("every", [5, *nightly(1, 2)])
 def test_slower_sensors_without_a_filter_are_silent(path, every):

@@ -34,6 +34,7 @@ class LowPass(Suspect):
     def __init__(self, stated: Stated) -> None:
         wrench = stated.configuration.wrench
         noise = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
+        self._cutoff = wrench.low_pass
         self._least = np.square(LOW_PASS_TEST.noisy * np.array(noise))
         self.finding: Finding | None = None
         self._ratio, self._stretches, self._told = float("inf"), 0, False
@@ -73,17 +74,19 @@ class LowPass(Suspect):
             return
         if self._ratio < LOW_PASS_TEST.alike:
             self.finding = None
-        elif self.finding is None:
+        elif self.finding is None and not self._is_stated(period):
             self.finding = Finding(self._said(period), {})
+
+    def _is_stated(self, period):
+        return self._cutoff > 0.0 and _cutoff(_pole(self._ratio), period) > 0.5 * self._cutoff
 
     def _said(self, period):
         pole = _pole(self._ratio)
-        cutoff = -log(pole) / (2.0 * pi * period)
         wider = sqrt((1.0 + pole) / (1.0 - pole))
         return (
             f"low-pass: the noise of neighbouring wrenches is alike, as behind a filter of about "
-            f"{cutoff:.2g} Hz: turn the driver's filter off, or state force_stddev and "
-            f"torque_stddev {wider:.2g} times as large"
+            f"{_cutoff(pole, period):.2g} Hz: turn the driver's filter off, or state "
+            f"wrench.low_pass, and force_stddev and torque_stddev {wider:.2g} times as large"
         )
 
 
@@ -91,6 +94,11 @@ def _curved(rows, lag):
     """Return the variance of second differences over a lag, of white noise that of the noise."""
     second = rows[2 * lag :] - 2.0 * rows[lag:-lag] + rows[: -2 * lag]
     return np.mean(np.square(second), axis=0) / 6.0
+
+
+def _cutoff(pole, period):
+    """Return the cut-off of a first-order filter with a pole at a period [s], in Hz."""
+    return -log(pole) / (2.0 * pi * period)
 
 
 def _pole(ratio):
