@@ -230,6 +230,9 @@ class Row(Record):
     mode_probability_unknown: Annotated[
         float, _monitor("", "the peg touches in a way for which there is no model", _NO_MODES)
     ]
+    mode_probability_elsewhere: Annotated[
+        float, _monitor("", "the peg touches something beside the hole", _NO_MODES)
+    ]
     contact_age: Annotated[
         float, _monitor("s", "how long something has touched", "nothing touches")
     ]
@@ -378,7 +381,7 @@ class Row(Record):
             "contact_mode",
             "data",
             "",
-            "`three_point`, `two_point`, `open` or `unknown`; in the row its place",
+            "`three_point`, `two_point`, `open`, `unknown` or `elsewhere`; in the row its place",
         ),
     ]
     transition: Annotated[

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.harness.player import ALARMS, Record
 
-MODES = ("three_point", "two_point", "open", "unknown")
+MODES = ("three_point", "two_point", "open", "unknown", "elsewhere")
 CAUSES = ("wedge", "stall", "overload", "contact_loss")
 # What an alarm may foresee or not: neither counts for it nor against it.
 NEAR_STALL = "near_stall"

@@ -10,10 +10,11 @@ from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.mechanics.linear_algebra import FORCE, TORQUE
 from peg_on_hole_ros.monitor.outputs import Outputs
-from peg_on_hole_ros.monitor.states import MODES
+from peg_on_hole_ros.monitor.states import MODES, Mode
 from peg_on_hole_ros.records import WrenchSample
 
-*TOUCHING, FREE, UNKNOWN = MODES
+FREE = Mode.OPEN.name.lower()
+TOUCHING = tuple(mode for mode in MODES if mode not in (FREE, Mode.UNKNOWN.name.lower()))
 
 
 def not_free(

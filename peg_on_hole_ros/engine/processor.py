@@ -24,6 +24,7 @@ from peg_on_hole_ros.monitor.memory import begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.monitor.states import NO_STAMP
+from peg_on_hole_ros.monitor.way_in import NOT_TOLD, may_be_plate
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of
 
@@ -217,10 +218,13 @@ class Processor:
 
     @property
     def causes(self) -> list[str]:
-        """What is wrong with the values that come, a line each."""
+        """What is wrong with the values that come, or is not told by them, a line each."""
         e = self.engine
         wrench = wrench_noise.causes(e.wrench_noise, e.variance)
-        return [*wrench, *causes(e.fresh), *filter(None, [self.noisier])]
+        memory = e.memory
+        undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
+        contact = [NOT_TOLD] if undecided else []
+        return [*wrench, *causes(e.fresh), *filter(None, [self.noisier]), *contact]
 
     @property
     def is_saturated(self) -> bool:

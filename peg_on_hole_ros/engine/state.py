@@ -62,6 +62,7 @@ class Counts(Record):
     joints_dropped_repeated_value: int
     joints_gap: int
     filter_restarted: int
+    contact_may_be_plate: int
     innovations_too_large: int
     motion_lost: int
     gap: int

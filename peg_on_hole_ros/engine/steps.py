@@ -24,8 +24,9 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor import memory as monitor
 from peg_on_hole_ros.monitor.assessment import contacts_of
-from peg_on_hole_ros.monitor.place_check import misfit
+from peg_on_hole_ros.monitor.place_check import misfit, take_place
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
+from peg_on_hole_ros.monitor.way_in import may_be_plate
 from peg_on_hole_ros.outputs import Row
 
 # What an orientation is: a correction, a start where the motion was lost, or a repeated value.
@@ -223,8 +224,7 @@ def _note_place(e, orientation):
     found = misfit(
         orientation[Q], R, orientation[PLACE], S, scene.d, scene.D, estimate.diameter_variance
     )
-    place.offset, place.deviations = found.offset, found.deviations
-    place.evidence = found.evidence
+    take_place(place, found)
 
 
 @compiled
@@ -290,6 +290,8 @@ def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Ro
     if rules.judged:
         misfits = e.innovations.misfit
         assessment.assess(estimate, memory, rules.monitor, t_ns, misfits, blind, row)
+        undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
+        e.counts.contact_may_be_plate += undecided
     else:
         pose_only.look(estimate, memory, rules.monitor, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is

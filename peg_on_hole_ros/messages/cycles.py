@@ -13,12 +13,15 @@ from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
 PAUSE_NS = 200_000_000
+# Within this contact is told from one beside the hole [ns].
+TOLD_NS = 300_000_000
 # Without a wrench for longer a peg may have gone, and another come [ns].
 PEG_CHANGE_NS = 1_000_000_000
 # An alarm that flickers would fill the record; further ones are only counted.
 MOST_CYCLE_ALARMS = 100
 # Decimals of seconds, far below a wrench's period, and of newtons, below any sensor's noise.
 _SECONDS, _NEWTONS = 6, 3
+ELSEWHERE = "elsewhere"
 
 
 class _Came(NamedTuple):
@@ -64,6 +67,10 @@ class Cycles:
         self._seen_ns: int | None = None
         # The first stamp after a silence, and what came with it.
         self._held: tuple[int, _Came] | None = None
+        # Since when the peg has touched elsewhere, until when it last did, and how long in all.
+        self._elsewhere_ns: int | None = None
+        self._searched_until_ns: int | None = None
+        self._searched_ns = 0
         self._begin()
 
     def _begin(self):
@@ -154,8 +161,9 @@ class Cycles:
         return [record]
 
     def _take(self, t_ns, came):
-        self._seen_ns = t_ns
         fields = came.messages
+        self._follow_search(t_ns, fields)
+        self._seen_ns = t_ns
         # No time passes between the stamps before a fall and those after.
         ended = self._under_way() if self._passed.take(t_ns) else []
         if "contact_mode" in fields:
@@ -171,6 +179,10 @@ class Cycles:
             self._open_ns, self._last_ns = None, t_ns
             self._add_loads(came.loads)
         elif self._start_ns is not None:
+            if self._mode == ELSEWHERE and t_ns - self._start_ns < TOLD_NS:
+                # It was no try: what touched first was not yet told from the hole.
+                self._begin()
+                return ended
             self._open_ns = t_ns if self._open_ns is None else self._open_ns
             if t_ns - self._open_ns >= PAUSE_NS:
                 ended.append(self._end("aborted"))
@@ -179,6 +191,19 @@ class Cycles:
         if "alarms" in fields:
             self._add_alarms(t_ns, fields["alarms"]["status"])
         return ended
+
+    def _follow_search(self, t_ns, fields):
+        """Add up how long the peg has touched elsewhere; a silence and a fall are no search."""
+        mode = fields["contact_mode"]["data"] if "contact_mode" in fields else self._mode
+        began, seen = self._elsewhere_ns, self._seen_ns
+        if began is not None:
+            broken = not 0 <= t_ns - seen <= PEG_CHANGE_NS
+            if broken or mode != ELSEWHERE:
+                until = seen if broken else t_ns
+                self._searched_ns += until - began
+                self._searched_until_ns, self._elsewhere_ns = until, None
+        if mode == ELSEWHERE and self._elsewhere_ns is None:
+            self._elsewhere_ns = t_ns
 
     def finish(self) -> list[dict]:
         """End all that is under way; return the records of tries that end so."""
@@ -196,6 +221,10 @@ class Cycles:
         age, latency = touch
         if isfinite(age) and isfinite(latency):
             self._start_ns, self._latency = t_ns - round(age * 1e9), latency
+        until = self._searched_until_ns
+        if until is not None and self._start_ns < until <= t_ns:
+            # It touched elsewhere before: the try begins where that ended.
+            self._start_ns, self._latency = until, 0.0
 
     def _add_loads(self, loads):
         if loads is None or self._mode != "three_point":
@@ -236,6 +265,7 @@ class Cycles:
         ended = {
             "start_time": _seconds(self._start_ns),
             "contact_latency": round(self._latency, _SECONDS),
+            "search_time": _seconds(self._searched_ns),
             "duration": _seconds(self._last_ns - self._start_ns),
             "outcome": outcome,
             "transition_time": None if since is None else _seconds(since - self._start_ns),
@@ -244,5 +274,6 @@ class Cycles:
             "alarms": self._alarms,
             "alarm_count": self._alarm_count,
         }
+        self._searched_ns, self._searched_until_ns = 0, None
         self._begin()
         return ended

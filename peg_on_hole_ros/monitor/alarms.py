@@ -264,8 +264,9 @@ def _follow_three_contacts(
     slid = t - alarms.sliding_since >= CONTACT_LOSS_ALARM.slid
     if slid or t - alarms.three_point_since >= settings.alarm_hold:
         alarms.three_contacts_there = True
-    if mode == Mode.TWO_POINT or t - alarms.open_since >= settings.alarm_hold:
-        # In the hole, or in the air for long enough to be a state and no event.
+    in_air = t - alarms.open_since >= settings.alarm_hold
+    if mode == Mode.TWO_POINT or mode == Mode.ELSEWHERE or in_air:
+        # In the hole, not on the rim, or in the air for long enough to be a state and no event.
         alarms.three_contacts_there = False
 
 

@@ -17,6 +17,7 @@ from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
 from peg_on_hole_ros.monitor.transition import raise_flag
+from peg_on_hole_ros.monitor.way_in import follow_way
 from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.typed_record import Floats
 
@@ -112,7 +113,8 @@ def assess(
     judge(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
     declare_mode(declared, settings, t, shown)
     if not blind:
-        raise_flag(transition, settings, t, shown.below, 1.0 - shown.free)
+        raise_flag(transition, settings, t, shown.below, shown.on_hole)
+    follow_way(memory.way, declared.mode, memory.evidence, memory.place, transition.flag, t)
     declared.three_point_tried = (
         memory.known.clearance_stddev > 0.0
         and not transition.flag
@@ -180,6 +182,7 @@ def _fill_modes(row: Row, memory: Memory, t: float) -> None:
     row.mode_probability_stuck = shown.stuck
     row.mode_probability_free = shown.free
     row.mode_probability_unknown = shown.other
+    row.mode_probability_elsewhere = shown.elsewhere
     row.position_offset, row.position_misfit = place.offset, place.deviations
     age, latency = t - declared.touch_changed, declared.touch_latency
     if declared.touch_change == Touch.TOUCHING:

@@ -30,8 +30,10 @@ from peg_on_hole_ros.monitor.contacts import (
 )
 from peg_on_hole_ros.monitor.motion import MotionTrend, rest_probability, time_to_reach
 from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.place_check import Place
+from peg_on_hole_ros.monitor.plate import follow_plate, plate_evidence
 from peg_on_hole_ros.monitor.settings import MonitorSettings
-from peg_on_hole_ros.monitor.tuned import CREDITED_REACTIONS, EVIDENCE_WEIGHTS
+from peg_on_hole_ros.monitor.tuned import CREDITED_REACTIONS, EVIDENCE_WEIGHTS, PLATE_TEST
 from peg_on_hole_ros.typed_record import Floats, Record
 
 
@@ -41,8 +43,10 @@ class Shown(Record):
 
     Attributes
     ----------
-    three_point, two_point, opened, stuck, free, other : float
+    three_point, two_point, opened, stuck, free, other, elsewhere : float
         Probabilities, together 1.
+    on_hole : float
+        Probability that the rim or the hole carries the peg.
     below : float
         Probability that gamma is below gamma0, clearance included.
     time, time_stddev : float
@@ -62,6 +66,8 @@ class Shown(Record):
     stuck: float
     free: float
     other: float
+    elsewhere: float
+    on_hole: float
     below: float
     time: float
     time_stddev: float
@@ -80,14 +86,20 @@ class Evidence(Record):
     ----------
     hypotheses : ndarray, shape (6,)
         Probabilities, see `contacts`.
+    plate : float
+        Probability that what touches is a plate below the peg's lowest point.
     load : ContactLoad
+    pressed : ContactLoad
+        The same over `PLATE_TEST.memory`.
     shown : Shown
         By the last wrench.
 
     """
 
     hypotheses: Annotated[Floats, (COUNT,)]
+    plate: float
     load: ContactLoad
+    pressed: ContactLoad
     shown: Shown
 
 
@@ -95,7 +107,9 @@ class Evidence(Record):
 def forget_evidence(evidence: Evidence) -> None:
     """Forget what wrenches have shown; what the last one did stays to be read."""
     forget_contacts(evidence.hypotheses)
+    evidence.plate = PLATE_TEST.prior
     forget_load(evidence.load)
+    forget_load(evidence.pressed)
 
 
 @compiled
@@ -175,7 +189,8 @@ def show(
     settings: MonitorSettings,
     passed: Passed,
     nis: float,
-    displaced: float,
+    place: Place,
+    no_way: bool,
 ) -> None:
     """
     Weigh the hypotheses with what a wrench shows.
@@ -190,8 +205,10 @@ def show(
     passed : Passed
     nis : float
         Running mean of the normalised innovation squared; below zero: it is not known.
-    displaced : float
-        `place_check.Misfit.evidence` of the last place that was measured; 0: none was.
+    place : Place
+        The last that was measured.
+    no_way : bool
+        Whether nothing has shown a peg below gamma0 in the hole, see `way_in`.
 
     """
     scene, p, shown = estimate.scene, evidence.hypotheses, evidence.shown
@@ -209,8 +226,10 @@ def show(
         lost_B2 = moves * new_share(estimate, 2) * opening_evidence(N[2], C[2, 2])
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     above = 1.0 - under
-    # Below gamma0 there is only the hole to touch: elsewhere a load is the sensor's.
-    outside = displaced * under
+    # Below gamma0 there is only the hole to touch, and what is around it: a load high above both
+    # is the sensor's.
+    displaced = place.evidence
+    outside = displaced * under * (1.0 - place.within_reach)
     load = _load_evidence(estimate, evidence.load, settings, dt)
     load = min(load, load * (1.0 - outside / EVIDENCE_WEIGHTS.most)) - outside
     displaced *= above
@@ -219,13 +238,12 @@ def show(
         other = max(other, 0.0)
     found = ContactEvidence(load, lost_K, lost_B1, lost_B2, other, displaced, rest)
     weigh(p, found, dt, settings.mode_change_rate, correlation)
-    shown.three_point = p[CLOSED] * above * (1.0 - rest)
-    shown.two_point = (1.0 - p[FREE]) * under
-    shown.opened = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
-    shown.stuck = p[CLOSED] * above * rest
-    shown.free = p[FREE]
-    shown.other = p[OTHER] * above
-    shown.below = under
+    prior = PLATE_TEST.no_way * under + PLATE_TEST.prior * above if no_way else PLATE_TEST.prior
+    carried_load(estimate, evidence.pressed, dt, PLATE_TEST.memory)
+    found_plate = (1.0 - p[FREE]) * plate_evidence(estimate, evidence.pressed)
+    evidence.plate = follow_plate(evidence.plate, found_plate, prior, passed, settings)
+    plate = max(evidence.plate - PLATE_TEST.least, 0.0) / (1.0 - PLATE_TEST.least)
+    fill_probabilities(shown, p, plate, place.beside, under, rest, no_way)
     spread0 = gamma0_variance(estimate)
     spread0 += (settings.forecast_clearance_stddev * gamma0_slope(estimate)) ** 2
     time, stddev = time_to_reach(motion, scene.gamma0, spread0, settings)
@@ -233,8 +251,51 @@ def show(
     shown.time_stddev = stddev
     shown.wedged = wedged
     shown.usable = finite and pushing(estimate)
-    shown.lost_K, shown.lost_B1 = p[LOST_K] * above, p[LOST_B1] * above
-    shown.lost_B2 = p[LOST_B2] * above
+
+
+@compiled
+def fill_probabilities(
+    shown: Shown,
+    p: Floats,
+    plate: float,
+    beside: float,
+    under: float,
+    rest: float,
+    no_way: bool,
+) -> None:
+    """
+    Fill in the probabilities of what carries the peg.
+
+    Below gamma0 the bottom of a hole pushes as a plate does: which of them it is, only the way
+    there shows, or the place.
+
+    Parameters
+    ----------
+    shown : Shown
+        Changed.
+    p : ndarray, shape (6,)
+        Probabilities of the contacts.
+    plate, beside, under, rest : float
+        Probabilities of a plate by the load, and by the place; of gamma below gamma0; of rest.
+    no_way : bool
+        As for `show`.
+
+    """
+    touches, above = 1.0 - p[FREE], 1.0 - under
+    on_rim = above * (1.0 - beside) * (1.0 - plate)
+    in_hole = under * (1.0 - beside)
+    not_told = in_hole * plate if no_way else 0.0
+    shown.three_point = p[CLOSED] * on_rim * (1.0 - rest)
+    shown.two_point = touches * (in_hole - not_told)
+    shown.opened = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * on_rim
+    shown.stuck = p[CLOSED] * on_rim * rest
+    shown.free = p[FREE]
+    shown.other = p[OTHER] * on_rim + touches * not_told
+    shown.elsewhere = touches * (above - on_rim + under * beside)
+    shown.on_hole = touches * (on_rim + in_hole - not_told)
+    shown.below = under
+    shown.lost_K, shown.lost_B1 = p[LOST_K] * on_rim, p[LOST_B1] * on_rim
+    shown.lost_B2 = p[LOST_B2] * on_rim
 
 
 @compiled

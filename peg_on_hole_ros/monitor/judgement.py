@@ -15,6 +15,7 @@ from peg_on_hole_ros.monitor.motion import follow_motion
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.one_point import forget_points, weigh_points
 from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.way_in import has_no_way
 from peg_on_hole_ros.typed_record import Floats
 
 
@@ -46,7 +47,8 @@ def judge(
 
     """
     evidence, motion, dangers = memory.evidence, memory.motion, memory.dangers
-    show(estimate, evidence, motion, settings, passed, nis, memory.place.evidence)
+    no_way = has_no_way(memory.way)
+    show(estimate, evidence, motion, settings, passed, nis, memory.place, no_way)
     if estimate.contacts == ContactSet.TWO:
         rate, correlation = settings.mode_change_rate, settings.evidence_time
         weigh_points(memory.points, estimate, passed.dt, rate, correlation)

@@ -16,6 +16,7 @@ from peg_on_hole_ros.monitor.one_point import forget_points
 from peg_on_hole_ros.monitor.place_check import Place, forget_place
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.monitor.transition import Transition, lower_flag
+from peg_on_hole_ros.monitor.way_in import WayIn, forget_way
 from peg_on_hole_ros.typed_record import Floats, Record, new
 
 
@@ -31,6 +32,7 @@ class Memory(Record):
     transition : Transition
     place : Place
         As it was measured last.
+    way : WayIn
     evidence : Evidence
         What wrenches have shown of the contacts.
     points : ndarray, shape (3,)
@@ -49,6 +51,7 @@ class Memory(Record):
     declared: DeclaredMode
     transition: Transition
     place: Place
+    way: WayIn
     evidence: Evidence
     points: Annotated[Floats, (one_point.COUNT,)]
     motion: MotionTrend
@@ -67,6 +70,7 @@ def begin_memory(memory: Memory) -> None:
     memory.motion, memory.depth = nothing.motion, nothing.depth
     memory.dangers, memory.known = nothing.dangers, nothing.known
     memory.friction = nothing.friction
+    forget_way(memory.way)
 
 
 @compiled
@@ -91,6 +95,7 @@ def restart_mode(memory: Memory) -> None:
 def restart(memory: Memory) -> None:
     """Forget mode, flag, alarms and the motion."""
     restart_mode(memory)
+    forget_way(memory.way)
     forget_motion(memory.motion)
     forget_depth(memory.depth)
     lower_flag(memory.transition)

@@ -67,6 +67,8 @@ def probability_of(shown: Shown, mode: Mode) -> float:
         return shown.three_point + shown.stuck
     if mode == Mode.TWO_POINT:
         return shown.two_point
+    if mode == Mode.ELSEWHERE:
+        return shown.elsewhere
     return shown.free if mode == Mode.OPEN else shown.opened + shown.other
 
 
@@ -74,7 +76,7 @@ def probability_of(shown: Shown, mode: Mode) -> float:
 def likeliest(shown: Shown) -> Mode:
     """Return the likeliest mode; of those as likely as each other, the first."""
     best = Mode.THREE_POINT
-    for mode in (Mode.TWO_POINT, Mode.OPEN, Mode.UNKNOWN):
+    for mode in (Mode.TWO_POINT, Mode.OPEN, Mode.UNKNOWN, Mode.ELSEWHERE):
         if probability_of(shown, mode) > probability_of(shown, best):
             best = mode
     return best

@@ -1,12 +1,13 @@
 """Whether a peg is where contacts would have it: its measured place against the hole."""
 
-from math import asin, cos, log, nan, sin, sqrt
+from math import asin, cos, exp, fabs, log, nan, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
+from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.typed_record import Floats, Record
 
@@ -24,12 +25,21 @@ class Misfit(NamedTuple):
     evidence : float
         Log ratio, p(place | elsewhere) over p(place | contacts), from 0 to the most: a place that
         fits is no evidence, for a peg in the air a micrometre above the rim is there too.
+    within_reach : float
+        Probability that the peg is low enough to touch what is around the hole.
+    beside : float
+        Probability that it is, and that it does not touch the hole.
+    inside : bool
+        Whether it is surely in the hole, below the rim.
 
     """
 
     offset: float
     deviations: float
     evidence: float
+    within_reach: float
+    beside: float
+    inside: bool
 
 
 class Place(Record):
@@ -38,13 +48,25 @@ class Place(Record):
     offset: float
     deviations: float
     evidence: float
+    within_reach: float
+    beside: float
+    inside: bool
 
 
 @compiled
 def forget_place(place: Place) -> None:
     """Forget what was measured."""
     place.offset = place.deviations = nan
-    place.evidence = 0.0
+    place.evidence = place.within_reach = place.beside = 0.0
+    place.inside = False
+
+
+@compiled
+def take_place(place: Place, found: Misfit) -> None:
+    """Take what was measured."""
+    place.offset, place.deviations = found.offset, found.deviations
+    place.evidence, place.within_reach = found.evidence, found.within_reach
+    place.beside, place.inside = found.beside, found.inside
 
 
 @compiled
@@ -114,8 +136,13 @@ def misfit(
 
     """
     gamma, psi = q[0], q[1]
+    spread_z = sqrt(position_covariance[2, 2])
+    lowest = position[2] - 0.5 * d * fabs(sin(gamma))
+    reach = below((PLACE_CHECK.around - lowest) / spread_z)
     if cos(gamma) > d / D:
-        return _misfit(position - place_inside(d, D, gamma, position), position_covariance)
+        residual = position - place_inside(d, D, gamma, position)
+        deep = position[2] < -PLACE_CHECK.sure * spread_z
+        return _misfit(residual, position_covariance, reach, deep)
     place = touching_place(d, D, gamma, psi)
     residual = position - place
     slopes = np.zeros((3, 2))
@@ -130,18 +157,21 @@ def misfit(
     if diameter_variance > 0.0:
         spread = sqrt(diameter_variance)
         S += _outer(touching_place(d - spread, D, gamma, psi) - place)
-    return _misfit(residual, S)
+    return _misfit(residual, S, reach, False)
 
 
 @compiled
-def _misfit(residual: Floats, S: Floats) -> Misfit:
-    """Return the misfit of a residual with a covariance."""
+def _misfit(residual: Floats, S: Floats, reach: float, deep: bool) -> Misfit:
+    """Return the misfit of a residual with a covariance, of a peg as low and as deep."""
     wide = S + PLACE_CHECK.elsewhere * PLACE_CHECK.elsewhere * np.eye(3)
     squared, determinant = _weighed(S, residual)
     elsewhere, wide_determinant = _weighed(wide, residual)
-    ratio = squared - elsewhere - log(wide_determinant / determinant)
+    ratio = max(0.5 * (squared - elsewhere - log(wide_determinant / determinant)), 0.0)
     distance = sqrt((residual * residual).sum())
-    return Misfit(distance, sqrt(squared), min(max(0.5 * ratio, 0.0), EVIDENCE_WEIGHTS.most))
+    evidence = min(ratio, EVIDENCE_WEIGHTS.most)
+    beside = reach * (1.0 - exp(-ratio))
+    inside = deep and squared < PLACE_CHECK.sure * PLACE_CHECK.sure
+    return Misfit(distance, sqrt(squared), evidence, reach, beside, inside)
 
 
 @compiled

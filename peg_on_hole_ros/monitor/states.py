@@ -14,6 +14,7 @@ class Mode(IntEnum):
     TWO_POINT = 1
     OPEN = 2
     UNKNOWN = 3
+    ELSEWHERE = 4
 
 
 # Their names in messages.

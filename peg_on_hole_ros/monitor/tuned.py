@@ -144,12 +144,74 @@ class PlaceCheck(NamedTuple):
         The closed forms are taken above gamma0 by this share [-]: they end at gamma0.
     step : float
         Of the tilt, for the slope of the place [rad].
+    around : float
+        What stands around the hole, as a plate with clamps, may be higher than the rim by so much
+        [m]: a load higher up is the sensor's.
+    sure : float
+        A peg is in the hole where it is deeper than this, and fits [standard deviations].
 
     """
 
     elsewhere: float = 5e-3
     edge: float = 1e-4
     step: float = 1e-6
+    around: float = 5e-3
+    sure: float = 4.0
+
+
+class PlateTest(NamedTuple):
+    """
+    Whether a load is that of a plate on the lowest point of the peg.
+
+    Attributes
+    ----------
+    prior : float
+        Probability of a plate, before any load, of a peg that may be on the rim or in the hole
+        [-]: most touch the hole.
+    least : float
+        A probability up to this is none [-]: it takes nothing from contacts of the hole.
+    no_way : float
+        The same of a peg that has come from the air below gamma0, where nothing shows it in the
+        hole [-].
+    steepest : float
+        Largest friction of a plate [-]: a force that is more aslant is a wall's.
+    edge : float
+        A lower edge is rounded, or chamfered, by so much [m].
+    azimuth_stddev : float
+        An azimuth known no better shows no lowest point [rad].
+    memory : float
+        Time in which evidence repeats itself, and over which the load is averaged [s]: the press
+        of a peg that is laid on the rim leans for some 0.1 s as a plate's does.
+    doubt : float
+        Evidence against a plate beyond this counts at once [nats]: noise shows less of it.
+
+    """
+
+    prior: float = 0.005
+    least: float = 0.02
+    no_way: float = 0.5
+    steepest: float = 0.4
+    edge: float = 1e-3
+    azimuth_stddev: float = 0.3
+    memory: float = 0.04
+    doubt: float = 2.0
+
+
+class WayIn(NamedTuple):
+    """
+    Whether a peg below gamma0 has a way into the hole.
+
+    Attributes
+    ----------
+    lasts : float
+        Contact with the hole counts as a way once it has lasted so long [s].
+    plate : float
+        And once a plate is no more probable than this [-].
+
+    """
+
+    lasts: float = 0.1
+    plate: float = 0.05
 
 
 class ModeDwell(NamedTuple):
@@ -498,6 +560,8 @@ EVIDENCE_WEIGHTS = EvidenceWeights()
 CREDITED_REACTIONS = CreditedReactions()
 ONE_POINT = OnePoint()
 PLACE_CHECK = PlaceCheck()
+PLATE_TEST = PlateTest()
+WAY_IN = WayIn()
 MODE_DWELL = ModeDwell()
 KNOWN_QUANTITIES = KnownQuantities()
 FRICTION_STEP = FrictionStepTest()
@@ -523,6 +587,8 @@ class MonitorNumbers(NamedTuple):
     credited_reactions: CreditedReactions = CREDITED_REACTIONS
     one_point: OnePoint = ONE_POINT
     place_check: PlaceCheck = PLACE_CHECK
+    plate_test: PlateTest = PLATE_TEST
+    way_in: WayIn = WAY_IN
     mode_dwell: ModeDwell = MODE_DWELL
     known_quantities: KnownQuantities = KNOWN_QUANTITIES
     friction_step: FrictionStepTest = FRICTION_STEP

@@ -15,6 +15,7 @@ MODE_COLORS = {
     "three_point": "#2e7d32",
     "two_point": "#c2571a",
     "open": "#9e9e9e",
+    "elsewhere": "#b39ddb",
     "unknown": "#e0e0e0",
 }
 TRUTH = {"color": "black", "linewidth": 0.8, "linestyle": (0, (4, 3))}

@@ -9,6 +9,7 @@ from peg_on_hole_ros.config.configuration import BY_NAME
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.engine.tuned import STAMP_ORDER
+from peg_on_hole_ros.monitor.way_in import NOT_TOLD
 from peg_on_hole_ros.replay.stamps import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
 
@@ -286,6 +287,8 @@ def lines(
     if shares.get("two_point", 0.0) > 0.5 * known and not shares.get("three_point"):
         told.append(_NEVER_THREE_POINT.format(configuration.scene.gamma0))
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
+    undecided = result["messages"]["events"].get("contact_may_be_plate")
+    told += [NOT_TOLD] if undecided and NOT_TOLD not in told else []
     odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += [line for line in odd_lines if line not in told]
     told += other_units(configuration, seen)

@@ -93,6 +93,7 @@ def test_a_try_that_goes_in():
     assert record == {
         "start_time": pytest.approx(7.03, abs=1e-9),
         "contact_latency": 0.02,
+        "search_time": 0.0,
         "duration": pytest.approx(0.06, abs=1e-9),
         "outcome": "inserted",
         "transition_time": pytest.approx(0.05, abs=1e-9),
@@ -100,6 +101,32 @@ def test_a_try_that_goes_in():
         "mean_normal": {"K": 3.0, "B1": 4.0, "B2": 2.0},
         "alarm_count": 2,
     }
+
+
+def test_a_search_beside_the_hole_is_no_try_and_its_time_is_that_of_the_next():
+    came = {"contact_age": 0.3, "contact_latency": 0.02}
+    rows = [
+        (0, said("open", flag=False)),
+        # For a moment the plate is taken for the rim.
+        (20, said("three_point", normal=[1.0, 2.0, 3.0])),
+        (100, said("elsewhere")),
+        (150, said()),
+        (250, said("open")),
+        (300, said("elsewhere")),
+        (400, said("three_point", contact=came)),
+        (450, said("two_point", flag=True)),
+        (500, said("open")),
+        (500 + PAUSE_MS, said()),
+        (900, said("three_point")),
+        (1000, said("open")),
+        (1000 + PAUSE_MS, said()),
+    ]
+    first, second = told(rows).records
+    assert (first["search_time"], first["outcome"]) == (0.25, "inserted")
+    # It begins where the search ends, however long the peg has touched.
+    assert first["start_time"] == pytest.approx(7.4, abs=1e-9)
+    assert first["peak_normal"]["K"] is None
+    assert second["search_time"] == 0.0
 
 
 def test_numbers_have_no_more_digits_than_they_mean():

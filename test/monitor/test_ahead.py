@@ -149,7 +149,7 @@ def foreseen(time, wrench, tilt, slip, limit):
     scene, options = Scene(friction_stddev=0.0), MonitorOptions(max_normal=(limit,) * 3)
     memory, draw, found = new(Memory), np.random.default_rng(2), []
     settings, shown = monitor_settings(options, scene, 0.0), memory.evidence.shown
-    shown.time, shown.usable = time, True
+    shown.time, shown.usable, shown.on_hole = time, True, 1.0
     noise = np.diag([1e-4] * 3 + [1e-7] * 3)
     kalman = placed([tilt(0.0), 0.0, 0.0], scene=scene, noise=noise, variance=1e-10)
     for k in range(300):

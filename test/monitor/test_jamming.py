@@ -51,6 +51,7 @@ def risk(
     record = press(kalman, wrench)
     shown, dangers = memory.evidence.shown, memory.dangers
     shown.below, shown.time, shown.usable = under, -1.0, under < 0.5
+    shown.on_hole, shown.two_point = 1.0, under
     for _ in range(times):
         assess_dangers(
             record, dangers, memory.motion, memory.depth, shown, settings, Passed(1e-3, 0.0)

@@ -50,7 +50,7 @@ def test_one_call_does_what_its_parts_do():
         last_ns, passed = row.t_ns, Passed(dt, since)
         nis = float(line.processor.engine.innovations.misfit) if on_contacts else -1.0
         f, shown = line.filter.record, evidence.shown
-        show(f, evidence, own.motion, settings, passed, nis, 0.0)
+        show(f, evidence, own.motion, settings, passed, nis, own.place, False)
         assess_dangers(f, dangers, own.motion, own.depth, shown, settings, passed)
         for part in ("motion", "depth", "evidence", "dangers"):
             assert getattr(m, part).tobytes() == getattr(own, part).tobytes(), part

@@ -157,7 +157,7 @@ def test_a_lifted_peg_whose_wrench_would_fit_is_not_taken_for_three_contacts():
     assert lifted[90].contact_mode == "three_point"
     for t in (150, 200, 229):
         assert lifted[t].monitor["three_point_validity"] < 0.1
-        assert lifted[t].contact_mode == "unknown"
+        assert lifted[t].contact_mode == "elsewhere"
         assert lifted[t].monitor["position_offset"] == pytest.approx(1.5e-3, abs=6e-4)
         # What it is said to be is something else, and no contact that was lost.
         assert {a.level for a in lifted[t].alarms if a.name == "contact_loss"} == {0}

@@ -44,13 +44,13 @@ class Situation(NamedTuple):
 
 @compiled
 def in_contact(shown: Shown) -> float:
-    """Return the probability that anything touches the peg."""
-    return 1.0 - shown.free
+    """Return the probability that rim or hole touch the peg: nothing else can jam it."""
+    return shown.on_hole
 
 
 @compiled
 def touches(shown: Shown) -> bool:
-    """Return whether the peg touches anything: without contact nothing is remembered."""
+    """Return whether the peg touches the hole: without contact nothing is remembered."""
     return not in_contact(shown) < 0.5
 
 
@@ -63,13 +63,13 @@ def is_inside(shown: Shown) -> bool:
 @compiled
 def on_rim(shown: Shown) -> float:
     """Return the probability that the peg touches above gamma0, on three contacts or fewer."""
-    return in_contact(shown) * (1.0 - shown.below)
+    return in_contact(shown) - in_hole(shown)
 
 
 @compiled
 def in_hole(shown: Shown) -> float:
     """Return the probability that the peg touches below gamma0."""
-    return in_contact(shown) * shown.below
+    return shown.two_point
 
 
 @compiled

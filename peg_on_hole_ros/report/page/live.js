@@ -4,6 +4,7 @@
 const SAID = {
   open: "No contact", three_point: "Three-point contact",
   two_point: "Two-point contact: the peg is in the hole", unknown: "Contact not known",
+  elsewhere: "Contact beside the hole, as with a plate",
 };
 const AGAIN = 1000;
 
