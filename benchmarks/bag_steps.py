@@ -7,8 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.measurements.orientation import PegJoints
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.records import JointSample
 

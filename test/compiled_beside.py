@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.estimator import mixture
 from peg_on_hole_ros.estimator.bias_in_air import corrects_bias, update_bias_in_air
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
-from peg_on_hole_ros.estimator.noise import track_orientation_noise
+from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
     pass_time,
     predict_orientation,
@@ -25,8 +25,8 @@ from peg_on_hole_ros.estimator.state import (
     places_of,
 )
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.measurements.orientation import PegJoints
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure

@@ -13,7 +13,7 @@ from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.monitor.states import MODES, Touch
-from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
+from peg_on_hole_ros.monitor.transition import lower_flag, update_flag
 from peg_on_hole_ros.typed_record import dtype_of, new
 
 
@@ -89,7 +89,7 @@ class Mode(Declared):
 
 class Flag(Declared):
     def update(self, t, below, touching):
-        raise_flag(self.transition, self.settings, t, below, touching)
+        update_flag(self.transition, self.settings, t, below, touching)
         return bool(self.transition.flag)
 
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.measurements.orientation import PegJoints
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from peg_on_hole_ros.sim.truth import Truth

@@ -32,8 +32,8 @@ from peg_on_hole_ros.config.options import Configuration  # noqa: E402
 from peg_on_hole_ros.identification.likelihood import Likelihood  # noqa: E402
 from peg_on_hole_ros.identification.quantities import coordinates  # noqa: E402
 from peg_on_hole_ros.identification.recording import recording, steady  # noqa: E402
-from peg_on_hole_ros.measurements.measurement import WrenchReduction  # noqa: E402
 from peg_on_hole_ros.measurements.orientation import PegJoints  # noqa: E402
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction  # noqa: E402
 from peg_on_hole_ros.messages.warm_up import warm  # noqa: E402
 from peg_on_hole_ros.records import WrenchSample  # noqa: E402
 from peg_on_hole_ros.replay.run import stored_configuration  # noqa: E402

@@ -23,7 +23,7 @@ from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.estimator.state import FRICTION
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = "closing_with_slip"

@@ -33,7 +33,7 @@ from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import table, three
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study.bound import Meaning

@@ -32,7 +32,7 @@ from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import play
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.config.options import Accuracy
-from peg_on_hole_ros.measurements.measurement import tilt_axes
+from peg_on_hole_ros.measurements.wrench_reduction import tilt_axes
 from peg_on_hole_ros.records import ACCURACIES, JointSample
 from peg_on_hole_ros.sim.measure import START_NS, measure, measured_angles, sensor_wrench
 

@@ -15,7 +15,7 @@ from benchmarks.harness.errors import (
     run_seeds,
 )
 from benchmarks.harness.player import play
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.study.bound import Meaning, Sensors, TrueMotion, posterior_bound
 from peg_on_hole_ros.study.scenes import holder_of

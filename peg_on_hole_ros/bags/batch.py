@@ -7,8 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layout
 from peg_on_hole_ros.config.options import JointInput
-from peg_on_hole_ros.measurements.measurement import sound_wrenches
 from peg_on_hole_ros.measurements.orientation import ROW, JointOrientation, Outcome
+from peg_on_hole_ros.measurements.wrench_reduction import sound_wrenches
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,

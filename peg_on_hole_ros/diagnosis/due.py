@@ -5,7 +5,7 @@ from peg_on_hole_ros.diagnosis.tuned import LOOK_TIMES
 
 class Due:
     """
-    Counts wrenches that are looked at; apart from the looks, so that none of them can stop it.
+    When the next wrench is looked at; apart from the looks, so that none of them can stop it.
 
     Attributes
     ----------

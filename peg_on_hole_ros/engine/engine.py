@@ -13,8 +13,8 @@ from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import (
     BatchProgress,
-    Given,
-    Memory,
+    EngineMemory,
+    Filled,
     Stop,
     catch_up,
     push,
@@ -80,9 +80,9 @@ class Engine:
         self._flag = False
 
     @property
-    def _memory(self) -> Memory:
+    def _memory(self) -> EngineMemory:
         p = self.processor
-        return Memory(p.memory, p.words, p.rules_memory, self._order, self._ring)
+        return EngineMemory(p.memory, p.words, p.rules_memory, self._order, self._ring)
 
     @property
     def counts(self) -> Counter[str]:
@@ -176,7 +176,7 @@ class Engine:
         some = slice(int(batch["rows"]))
         return int(batch["place"]), Rows(given.t_ns[some], given.rows[some])
 
-    def _note(self, arrivals: Arrivals, given: Given, taken: int, rows: int) -> tuple[int, int]:
+    def _note(self, arrivals: Arrivals, given: Filled, taken: int, rows: int) -> tuple[int, int]:
         """Hand on what came since so many wrenches and rows; return how many there are now."""
         now = int(self._batch[0]["taken"]), int(self._batch[0]["rows"])
         if now[0] > taken:
@@ -205,7 +205,7 @@ class Engine:
         self.latest = Outputs(int(rows.t_ns[-1]), rows.values[-1])
         self._flag = self.latest.transition
 
-    def _do(self, stop: Stop, arrivals: Arrivals, given: Given) -> None:
+    def _do(self, stop: Stop, arrivals: Arrivals, given: Filled) -> None:
         """Do what has to be done before messages are taken any further."""
         batch, processor = self._batch[0], self.processor
         place, wrench = int(batch["place"]), int(batch["wrench"])

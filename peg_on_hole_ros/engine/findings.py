@@ -22,7 +22,7 @@ from peg_on_hole_ros.diagnosis.suspected.suspect import (
 )
 from peg_on_hole_ros.engine.tuned import DIAGNOSIS_STEP
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.typed_record import Floats
 
 _NOISE = "force_stddev", "torque_stddev"

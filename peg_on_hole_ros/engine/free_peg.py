@@ -17,7 +17,7 @@ FREE = Mode.OPEN.name.lower()
 TOUCHING = tuple(mode for mode in MODES if mode not in (FREE, Mode.UNKNOWN.name.lower()))
 
 
-def not_free(
+def why_not_free(
     outputs: Outputs | None,
     samples: Sequence[WrenchSample],
     processor: Processor,
@@ -50,7 +50,7 @@ def not_free(
     mode = outputs.contact_mode
     if mode in TOUCHING and not payload_unknown:
         return f"the peg touches, contact mode {mode}"
-    moves = turns(outputs, processor.configuration)
+    moves = why_turning(outputs, processor.configuration)
     if moves:
         return moves
     lacking = _not_still(outputs, processor)
@@ -140,15 +140,15 @@ def _without_payload(off, processor):
     return np.hstack([off[:, :3] + mass[:, None] * gravity, np.zeros((len(off), 3))])
 
 
-def turns(outputs: Outputs, configuration: Configuration) -> str:
+def why_turning(outputs: Outputs, configuration: Configuration) -> str:
     """Return what shows that the peg turns, or nothing."""
-    speed, stddev = turning(outputs)
+    speed, stddev = turning_speed(outputs)
     if speed - TARE.significance * stddev > configuration.monitor.rest_rate:
         return f"the peg turns at {speed:.3g} rad/s, contact mode {outputs.contact_mode}"
     return ""
 
 
-def turning(outputs: Outputs) -> tuple[float, float]:
+def turning_speed(outputs: Outputs) -> tuple[float, float]:
     """Return how fast the peg turns about any axis, and the standard deviation of that [rad/s]."""
     rates, metric = outputs.state[3:], _metric(outputs)
     slope = metric @ rates
@@ -196,7 +196,7 @@ class FreeFor:
         if not self.asked:
             return False
         free = outputs is not None and outputs.contact_mode == FREE
-        if not free or turns(outputs, self._configuration):
+        if not free or why_turning(outputs, self._configuration):
             self._since_ns, self._reported = None, False
             return False
         if self._since_ns is None or outputs.t_ns < self._since_ns:

@@ -14,8 +14,8 @@ from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
+from peg_on_hole_ros.measurements.wrench_reduction import wrench_fault
 from peg_on_hole_ros.monitor.output_row import ROW
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.records import (
@@ -96,12 +96,12 @@ class Pipeline:
 
     @property
     def model(self) -> str:
-        """Which model of the contact is in use, and why, and what is left out, as one line."""
+        """What the model in use leaves out, as one line; empty: nothing."""
         return self.processor.model
 
     @property
     def causes(self) -> list[str]:
-        """Settings that the data have contradicted, a line each, the likeliest first."""
+        """Settings that the data contradict, likeliest first, then what is wrong with values."""
         return [*self._engine.findings.causes, *self.processor.causes]
 
     @property

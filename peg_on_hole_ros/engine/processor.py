@@ -17,9 +17,9 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.freshness import causes
-from peg_on_hole_ros.measurements.measurement import WrenchReduction, in_sensor, noise_of
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
 from peg_on_hole_ros.measurements.wrench_noise import repeated, rough, saturated
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, noise_of, turn_to_sensor
 from peg_on_hole_ros.monitor.memory import begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
@@ -139,7 +139,7 @@ class Processor:
         """Start from an orientation."""
         self.engine.progress.t_ns = measurement.t_ns
         self.filter.start(measurement.q, measurement.covariance)
-        steps.begin(self.engine)
+        steps.note_start(self.engine)
 
     @property
     def oriented(self) -> bool:
@@ -159,12 +159,12 @@ class Processor:
     @property
     def gravity_in_sensor(self) -> np.ndarray:
         """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""
-        return self.reduction.in_sensor(self.filter.x[:3], self.filter.gravity)
+        return self.reduction.gravity_in_sensor(self.filter.x[:3], self.filter.gravity)
 
     def in_sensor_axes(self, wrench: np.ndarray) -> np.ndarray:
         """Return a wrench as received as the sensor reads it, whatever axes it came in, (6,)."""
         read = wrench.copy()
-        in_sensor(self.reduction.steps, read, self.filter.x[:3])
+        turn_to_sensor(self.reduction.steps, read, self.filter.x[:3])
         return self.reduction.sign * read
 
     def zero_of(self, wrench: np.ndarray) -> np.ndarray:
@@ -246,20 +246,20 @@ class Processor:
     def take_wrench(self, unit: Unit, row: Any) -> bool:
         """Process a wrench with its orientations, fill in its row; return whether it has one."""
         e, rules = self.engine, self.rules
-        silent = steps.begin_unit(e, rules, unit.t_ns)
+        silent = steps.is_after_silence(e, rules, unit.t_ns)
         for stamp, orientation in unit.before:
             self._advance(e, rules, stamp)
             self.correct(stamp, orientation, 0.0)
         self._advance(e, rules, unit.t_ns)
-        has_estimate = steps.has_estimate(e, rules)
-        if has_estimate:
+        admit_wrench = steps.admit_wrench(e, rules)
+        if admit_wrench:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
             self.filter.weigh(e.u.copy(), ContactSet(contacts))
             self.filter.mark(unit.t_ns)
             steps.judge(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:
             self.correct(stamp, orientation, 0.0)
-        return has_estimate
+        return admit_wrench
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost
@@ -273,10 +273,10 @@ class Processor:
     def correct(self, stamp: int, orientation: np.ndarray, lateness: float) -> None:
         """Correct by an orientation; parameters as for `steps.correct`."""
         e, rules = self.engine, self.rules
-        kind = steps.measure(e, rules, stamp, orientation, lateness)
+        kind = steps.classify_orientation(e, rules, stamp, orientation, lateness)
         if kind == steps.BEGINS:
             self.filter.start(e.q.copy(), e.R.copy())
-            steps.begin(e)
+            steps.note_start(e)
         elif kind == steps.NEWS:
             result, nis = self.filter.correct(e.q.copy(), e.R.copy())
             steps.note(e, rules, orientation, CORRECTIONS.index(result), nis)

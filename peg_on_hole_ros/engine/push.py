@@ -102,7 +102,7 @@ class BatchProgress(Record):
     fates: Annotated[NDArray[np.int64], (len(Fate),)]
 
 
-class Memory(NamedTuple):
+class EngineMemory(NamedTuple):
     """
     All that a call works on.
 
@@ -125,9 +125,9 @@ class Memory(NamedTuple):
     ring: Ring
 
 
-class Given(NamedTuple):
+class Filled(NamedTuple):
     """
-    What a call fills in.
+    What a call of `push` puts out.
 
     Attributes
     ----------
@@ -147,27 +147,27 @@ class Given(NamedTuple):
     taken_ns: np.ndarray
 
 
-def room_for(wrenches: int) -> Given:
+def room_for(wrenches: int) -> Filled:
     """Return room for what so many wrenches give, and at least for one."""
     n = max(wrenches, 1)
-    return Given(
+    return Filled(
         np.empty(n, np.int64), np.empty(n, ROW), np.empty(n, np.int64), np.empty(n, np.int64)
     )
 
 
 @compiled
-def push(memory: Memory, batch: np.ndarray, arrivals: Any, given: Given) -> int:
+def push(memory: EngineMemory, batch: np.ndarray, arrivals: Any, given: Filled) -> int:
     """
     Process messages in their order of arrival.
 
     Parameters
     ----------
-    memory : Memory
+    memory : EngineMemory
         Changed.
     batch : ndarray of BatchProgress, shape (1,)
         Where to begin; changed.
     arrivals : Arrivals
-    given : Given
+    given : Filled
         Filled in.
 
     Returns
@@ -206,7 +206,7 @@ def _falls_back(order, arrivals, place):
 
 
 @compiled
-def catch_up(memory: Memory, batch: np.ndarray, given: Given) -> int:
+def catch_up(memory: EngineMemory, batch: np.ndarray, given: Filled) -> int:
     """Process again what late messages have reached, without a row; return a Stop."""
     ring.begin_again(
         memory.ring, memory.ring.places[0], memory.words, memory.engine[0].filter[0].state
@@ -336,16 +336,16 @@ def _is_saved(kept, r, p, unit, newest):
 def _take_wrench(e, rules, kept, r, unit, row):
     """Process a wrench of the ring with its orientations; return whether it gives a row."""
     t_ns, begin = kept.t_ns[unit], ring.joints_from(kept, r, unit)
-    silent = steps.begin_unit(e, rules, t_ns)
+    silent = steps.is_after_silence(e, rules, t_ns)
     for k in range(begin, kept.before[unit]):
         steps.advance(e, rules, kept.joint_ns[k])
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
     steps.advance(e, rules, t_ns)
-    has_estimate = steps.has_estimate(e, rules)
-    if has_estimate:
+    admit_wrench = steps.admit_wrench(e, rules)
+    if admit_wrench:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
         filter_steps.weigh(e.filter, e.u, contacts.value)
         steps.judge(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
-    return has_estimate
+    return admit_wrench

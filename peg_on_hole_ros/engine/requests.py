@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.engine import Engine
-from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, not_free
+from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, why_not_free
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.monitor.outputs import Outputs
@@ -137,7 +137,9 @@ class Requests:
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
         unsure = engine.findings.unsure
-        return not_free(self._engine.latest, samples, engine.processor, unsure, payload_unknown)
+        return why_not_free(
+            self._engine.latest, samples, engine.processor, unsure, payload_unknown
+        )
 
     def _shown_by(self, held):
         """Return what there is to add to a tare where the contact mode did not show a free peg."""

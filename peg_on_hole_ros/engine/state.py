@@ -6,8 +6,8 @@ from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
 from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.measurements.freshness import Freshness
 from peg_on_hole_ros.measurements.innovations import Innovations
-from peg_on_hole_ros.measurements.measurement import ReductionSteps
 from peg_on_hole_ros.measurements.wrench_noise.registry import WrenchNoise
+from peg_on_hole_ros.measurements.wrench_reduction import ReductionSteps
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.typed_record import Matrix3, Matrix6, Record, Vector3, Vector6, dtype_of

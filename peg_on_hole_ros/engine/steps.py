@@ -10,16 +10,16 @@ from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.filter_steps import GATED, RESET, USED
-from peg_on_hole_ros.estimator.noise import forget_noise_ratio
+from peg_on_hole_ros.estimator.orientation_noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.orientation_update import jumped_lately
 from peg_on_hole_ros.estimator.state import RATE
 from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
-from peg_on_hole_ros.measurements.measurement import note_load, note_payload, reduce_wrench
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
 from peg_on_hole_ros.measurements.wrench_noise import rough, saturated
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
+from peg_on_hole_ros.measurements.wrench_reduction import note_load, note_payload, reduce_wrench
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor import memory as monitor
@@ -60,11 +60,11 @@ def start(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> N
         for j in range(3):
             e.R[i, j] = orientation[3 + 3 * i + j]
     filter_steps.start(e.filter, rules.gates, e.q, e.R)
-    begin(e)
+    note_start(e)
 
 
 @compiled
-def begin(e: EngineState) -> None:
+def note_start(e: EngineState) -> None:
     """Record a start by an orientation of the present stamp."""
     d = e.progress
     d.oriented_ns, d.lost = d.t_ns, False
@@ -72,8 +72,8 @@ def begin(e: EngineState) -> None:
 
 
 @compiled
-def begin_unit(e: EngineState, rules: Rules, t_ns: int) -> bool:
-    """Return whether a wrench comes after a silence."""
+def is_after_silence(e: EngineState, rules: Rules, t_ns: int) -> bool:
+    """Return whether a wrench comes after a silence, which is counted."""
     # The estimate stands where the wrench before, or the start, has left it.
     silent = (t_ns - e.progress.t_ns) * 1e-9 > rules.max_gap
     e.counts.gap += silent
@@ -134,10 +134,10 @@ def correct(
         How long before the estimate's stamp it was [s].
 
     """
-    kind = measure(e, rules, stamp, orientation, lateness)
+    kind = classify_orientation(e, rules, stamp, orientation, lateness)
     if kind == BEGINS:
         filter_steps.start(e.filter, rules.gates, e.q, e.R)
-        begin(e)
+        note_start(e)
     elif kind == NEWS:
         since = (e.progress.t_ns - e.progress.oriented_ns) * 1e-9
         result, nis = filter_steps.correct(e.filter, rules.gates, e.q, e.R)
@@ -149,7 +149,7 @@ def correct(
 
 
 @compiled
-def measure(
+def classify_orientation(
     e: EngineState, rules: Rules, stamp: int, orientation: np.ndarray, lateness: float
 ) -> int:
     """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
@@ -228,8 +228,8 @@ def _note_place(e, orientation):
 
 
 @compiled
-def has_estimate(e: EngineState, rules: Rules) -> bool:
-    """Count a wrench; return whether there is an estimate to be published."""
+def admit_wrench(e: EngineState, rules: Rules) -> bool:
+    """Count a wrench, and note whether the motion is a guess; return whether it is published."""
     d = e.progress
     if d.lost:
         e.counts.wrench_dropped_without_orientation += 1

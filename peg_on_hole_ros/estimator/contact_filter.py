@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.open_quantities import open_quantities
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.orientation_noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.settings import Gates, Settings, default_settings
 from peg_on_hole_ros.estimator.snapshot import (
     EstimateSnapshots,

@@ -5,12 +5,12 @@ from math import ceil, cos, pi, sin, sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.contact_sets import registry
+from peg_on_hole_ros.estimator.estimate import Estimate, Motion, Reactions, scene_of
 from peg_on_hole_ros.estimator.forces import (
     contact_forces,
     tilt_on_contacts,
     two_point_forces,
 )
-from peg_on_hole_ros.estimator.record import Estimate, Motion, Reactions, scene_of
 from peg_on_hole_ros.estimator.tuned import POSE_FLOOR, PUSHING_REACTIONS
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import peg_rotation, peg_turns

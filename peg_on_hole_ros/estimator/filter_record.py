@@ -1,4 +1,4 @@
-"""All that an estimate is made of, as one typed record of compiled code."""
+"""All memory of a filter as one typed record: scene, settings, state, scratch and estimate."""
 
 from typing import Annotated
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peg_on_hole_ros.estimator.accuracy_record import SOURCES, Accuracies
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import MOST_OPEN, Places, State, Values

@@ -3,10 +3,10 @@
 from math import isfinite, sqrt
 
 from peg_on_hole_ros.estimator import bias_in_air, depth_update, mixture
-from peg_on_hole_ros.estimator.fill_record import fill_record
+from peg_on_hole_ros.estimator.fill_estimate import fill_estimate
 from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
-from peg_on_hole_ros.estimator.noise import track_orientation_noise
 from peg_on_hole_ros.estimator.open_scene import tilted_gravity
+from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
     departs_further,
     jump_to,
@@ -33,7 +33,7 @@ def start(memory: FilterMemory, gates: Gates, q: Floats, R: Floats) -> None:
     start_mixture(kalman, q, kalman.state.noise_ratio * R, gates.initial_rate_stddev)
     kalman.refused = 0
     kalman.tilt_inflation[:] = 0.0
-    fill_record(kalman)
+    fill_estimate(kalman)
 
 
 @compiled
@@ -139,7 +139,7 @@ def weigh(memory: FilterMemory, u: Floats, contact_set: int) -> None:
     update_from_wrench(kalman, contact_set)
     follow_accuracies(kalman, friction_before)
     inflate_tilt_variance(kalman)
-    fill_record(kalman)
+    fill_estimate(kalman)
 
 
 @compiled
@@ -179,7 +179,7 @@ def inflate_tilt_variance(kalman: FilterRecord) -> None:
 @compiled
 def fill(memory: FilterMemory) -> None:
     """Fill in the record."""
-    fill_record(memory[0])
+    fill_estimate(memory[0])
 
 
 @compiled

@@ -2,12 +2,12 @@
 
 from math import cos, sin, sqrt
 
+from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.estimator.hole_geometry import (
     two_point_arms,
     two_point_slip,
     two_point_tilt,
 )
-from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
 from peg_on_hole_ros.mechanics.kernel import (
     W_AT,

@@ -17,7 +17,7 @@ from peg_on_hole_ros.identification.quantities import (
     configured,
 )
 from peg_on_hole_ros.identification.tuned import FIRST_GUESS
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 
 
 def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: float) -> np.ndarray:

@@ -86,7 +86,7 @@ def notice_all(memory: Repeats, t: Floats, values: Floats, latest: Floats) -> No
 
 @compiled
 def held(memory: Repeats) -> int:
-    """Return of how many messages each value is one, as a rule; 1: each is new."""
+    """Return how many messages in a row usually have the same value; 1: each is new."""
     return memory.length if memory.alike >= REPEATED_VALUES.runs else 1
 
 

@@ -4,7 +4,7 @@ from math import isfinite
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from peg_on_hole_ros.measurements.measurement import wrench_fault
+from peg_on_hole_ros.measurements.wrench_reduction import wrench_fault
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 WRENCH_TYPE = "geometry_msgs/msg/WrenchStamped"

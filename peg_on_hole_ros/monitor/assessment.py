@@ -2,7 +2,7 @@
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.description import describe
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.closed_contacts import is_closed
@@ -12,11 +12,11 @@ from peg_on_hole_ros.monitor.judgement import follow_orientation, judge
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.memory import Memory, restart_mode
 from peg_on_hole_ros.monitor.mode import declare_mode
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
-from peg_on_hole_ros.monitor.transition import raise_flag
+from peg_on_hole_ros.monitor.transition import update_flag
 from peg_on_hole_ros.monitor.way_in import follow_way
 from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.typed_record import Floats
@@ -113,7 +113,7 @@ def assess(
     judge(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
     declare_mode(declared, settings, t, shown)
     if not blind:
-        raise_flag(transition, settings, t, shown.below, shown.on_hole)
+        update_flag(transition, settings, t, shown.below, shown.on_hole)
     follow_way(memory.way, declared.mode, memory.evidence, memory.place, transition.flag, t)
     declared.three_point_tried = (
         memory.known.clearance_stddev > 0.0
@@ -126,7 +126,7 @@ def assess(
     in_contact = declared.mode == Mode.THREE_POINT or declared.mode == Mode.TWO_POINT
     if estimate.contacts == ContactSet.TWO and in_contact:
         on_contacts = 2
-    fill_known(row, shown.below, memory.known, on_contacts > 0)
+    fill_known_outputs(row, shown.below, memory.known, on_contacts > 0)
     row.friction_before = memory.friction.before
     _fill_modes(row, memory, t)
     if declared.mode != Mode.OPEN and not blind:
@@ -150,7 +150,7 @@ def assess(
 
 
 @compiled
-def fill_known(row: Row, below: float, known: Known, on_contacts: bool) -> None:
+def fill_known_outputs(row: Row, below: float, known: Known, on_contacts: bool) -> None:
     """Fill in what is known of transition, scene and reactions."""
     row.transition_probability = below
     row.friction, row.friction_stddev = known.friction, known.friction_stddev

@@ -2,7 +2,7 @@
 
 from math import exp, fabs, nan, sin, sqrt
 
-from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import (
     FORCE,

@@ -3,8 +3,8 @@
 from math import fabs, hypot, pi, sin, sqrt
 from typing import Annotated
 
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contact_load import (
     ContactLoad,
@@ -28,8 +28,8 @@ from peg_on_hole_ros.monitor.contacts import (
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitor.motion import MotionTrend, rest_probability, time_to_reach
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
+from peg_on_hole_ros.monitor.motion_trend import MotionTrend, rest_probability, time_to_reach
 from peg_on_hole_ros.monitor.place_check import Place
 from peg_on_hole_ros.monitor.plate import follow_plate, plate_evidence
 from peg_on_hole_ros.monitor.settings import MonitorSettings

@@ -2,8 +2,8 @@
 
 from math import cos, nan, sin, sqrt
 
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
-from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.tuned import INSERTION_DEPTH
 

@@ -3,7 +3,7 @@
 from math import fabs
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.changed_friction import follow_friction
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
@@ -11,8 +11,8 @@ from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
 from peg_on_hole_ros.monitor.known_quantities import fill_known
 from peg_on_hole_ros.monitor.memory import Memory
-from peg_on_hole_ros.monitor.motion import follow_motion
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
+from peg_on_hole_ros.monitor.motion_trend import follow_motion
 from peg_on_hole_ros.monitor.one_point import forget_points, weigh_points
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.way_in import has_no_way

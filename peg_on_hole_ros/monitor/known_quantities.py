@@ -3,7 +3,7 @@
 from math import fabs, sqrt
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.tuned import KNOWN_QUANTITIES
 from peg_on_hole_ros.typed_record import Record

@@ -9,7 +9,7 @@ def are_known(rows: Any) -> Any:
     """
     Return whether the reactions are known, shape (n,).
 
-    They are where they are determined, and none where nothing touches.
+    They are known where they are determined, and in the mode `open`, where they are zero.
 
     Parameters
     ----------

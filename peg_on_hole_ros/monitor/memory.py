@@ -11,7 +11,7 @@ from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
-from peg_on_hole_ros.monitor.motion import MotionTrend, forget_motion
+from peg_on_hole_ros.monitor.motion_trend import MotionTrend, forget_motion
 from peg_on_hole_ros.monitor.one_point import forget_points
 from peg_on_hole_ros.monitor.place_check import Place, forget_place
 from peg_on_hole_ros.monitor.states import NO_STAMP

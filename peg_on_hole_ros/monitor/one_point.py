@@ -2,7 +2,7 @@
 
 from math import exp, log, pi, sqrt
 
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, ONE_POINT

@@ -2,7 +2,7 @@
 
 from math import exp, hypot, log
 
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import (
     factor_cholesky,
@@ -12,7 +12,7 @@ from peg_on_hole_ros.mechanics.linear_algebra import (
     whiten,
 )
 from peg_on_hole_ros.monitor.contact_load import ContactLoad
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLATE_TEST
 from peg_on_hole_ros.typed_record import Floats

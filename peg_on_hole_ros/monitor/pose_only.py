@@ -3,21 +3,21 @@
 from math import fabs
 
 from peg_on_hole_ros.estimator.description import describe
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import clear_alarms
-from peg_on_hole_ros.monitor.assessment import fill_declared, fill_known
+from peg_on_hole_ros.monitor.assessment import fill_declared, fill_known_outputs
 from peg_on_hole_ros.monitor.evidence import (
     below_gamma0,
     finite_reactions,
     pushing,
     wedged_load,
 )
-from peg_on_hole_ros.monitor.known_quantities import fill_known as know
+from peg_on_hole_ros.monitor.known_quantities import fill_known
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import Mode
-from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
+from peg_on_hole_ros.monitor.transition import lower_flag, update_flag
 from peg_on_hole_ros.outputs import Row
 
 LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
@@ -55,13 +55,13 @@ def look(
     known, below = memory.known, below_gamma0(estimate)
     wedged = wedged_load(estimate, settings.force_stddev)
     usable = finite_reactions(estimate, wedged) and pushing(estimate)
-    know(known, estimate, fabs(estimate.determinant), settings.singular_band)
+    fill_known(known, estimate, fabs(estimate.determinant), settings.singular_band)
     if not blind:
-        raise_flag(memory.transition, settings, t_ns * 1e-9, below, 1.0)
+        update_flag(memory.transition, settings, t_ns * 1e-9, below, 1.0)
     # An uncertain clearance is learnt by the equations of three contacts alone.
     doubt = settings.transition_probability_on if known.clearance_stddev > 0.0 else 0.5
     memory.declared.three_point_tried = below < doubt
     three_point = usable and below < 0.5 and not blind
-    fill_known(row, below, known, three_point)
+    fill_known_outputs(row, below, known, three_point)
     describe(estimate, settings.peg_height, 3 if three_point else 0, wedged, row)
     fill_declared(row, memory)

@@ -3,10 +3,10 @@
 from math import fabs, sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.moving import Moving
+from peg_on_hole_ros.monitor.motion_now import Moving
 from peg_on_hole_ros.monitor.trend import is_number
 from peg_on_hole_ros.monitor.tuned import PUSH_MEANS
 from peg_on_hole_ros.typed_record import Floats, Record

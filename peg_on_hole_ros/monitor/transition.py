@@ -39,7 +39,7 @@ def lower_flag(transition: Transition) -> None:
 
 
 @compiled
-def raise_flag(
+def update_flag(
     transition: Transition, settings: MonitorSettings, t: float, below: float, touching: float
 ) -> None:
     """

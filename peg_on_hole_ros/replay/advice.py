@@ -78,7 +78,7 @@ _TRANSPORT = 0.05
 
 class Seen:
     """
-    What joint states and wrenches of a recording had, whether they could be used or not.
+    Collects what is odd in the joint states and wrenches of a recording, used or not.
 
     Parameters
     ----------

@@ -6,8 +6,8 @@ import pytest
 from inputs import closing, joints, wrench
 from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_WRENCH
+from peg_on_hole_ros.measurements.wrench_reduction import wrench_fault
 from peg_on_hole_ros.messages.decode import Malformed, wrench_sample
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.records import JointSample, WrenchSample

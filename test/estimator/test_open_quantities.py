@@ -12,7 +12,7 @@ from estimates import learnt as learnt_by
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 from peg_on_hole_ros.study import scenes

@@ -14,7 +14,7 @@ from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.dangers.stall import Stall, follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitor.judgement import follow_orientation
 from peg_on_hole_ros.monitor.memory import Memory
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.monitor.trend import Trend
 from peg_on_hole_ros.monitor.tuned import LOAD_AHEAD

@@ -5,8 +5,8 @@ from math import isfinite
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
-from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth
 from peg_on_hole_ros.typed_record import new
 

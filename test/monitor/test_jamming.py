@@ -20,7 +20,7 @@ from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.judgement import follow_orientation
 from peg_on_hole_ros.monitor.memory import Memory
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.sim.measure import START_NS, measure

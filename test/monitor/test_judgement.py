@@ -10,8 +10,8 @@ from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
 from peg_on_hole_ros.monitor.memory import Memory, begin_memory, forget, restart, restart_mode
-from peg_on_hole_ros.monitor.motion import follow_motion
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
+from peg_on_hole_ros.monitor.motion_trend import follow_motion
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure

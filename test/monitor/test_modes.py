@@ -15,8 +15,8 @@ from late_samples import ordered
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.record import Estimate
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.estimator.estimate import Estimate
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.contact_load import ContactLoad, carried_load, stands_out
@@ -36,8 +36,8 @@ from peg_on_hole_ros.monitor.contacts import (
 )
 from peg_on_hole_ros.monitor.evidence import new_share, show, wedged_load
 from peg_on_hole_ros.monitor.memory import Memory, begin_memory
-from peg_on_hole_ros.monitor.motion import follow_motion
-from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.motion_now import Passed
+from peg_on_hole_ros.monitor.motion_trend import follow_motion
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, FREE_PEG_LOAD
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample

@@ -10,7 +10,7 @@ from scipy.stats import norm
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.one_point import absence, forget_points, weigh_points
 from peg_on_hole_ros.monitor.tuned import ONE_POINT

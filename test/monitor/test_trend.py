@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.motion import (
+from peg_on_hole_ros.monitor.motion_trend import (
     MotionTrend,
     follow_motion,
     rest_probability,

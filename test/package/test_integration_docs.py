@@ -11,7 +11,7 @@ from peg_on_hole_ros.config.parameter_table import PARAMETERS
 from peg_on_hole_ros.engine import engine, pipeline, processor
 from peg_on_hole_ros.engine.arrival_order import COUNTED
 from peg_on_hole_ros.engine.state import COUNTS
-from peg_on_hole_ros.measurements import measurement, orientation
+from peg_on_hole_ros.measurements import orientation, wrench_reduction
 from peg_on_hole_ros.messages import decode, stream
 from peg_on_hole_ros.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
@@ -36,7 +36,7 @@ def counts():
         yield from literals(module, r'(?:counts|found)\["(\w+)"\]')
     yield from COUNTS
     yield from COUNTED.values()
-    for module in (measurement, orientation):
+    for module in (wrench_reduction, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"
     # What never reached the pipeline, of either source or, where an error may be, of a service.

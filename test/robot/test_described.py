@@ -19,7 +19,7 @@ from peg_on_hole_ros.config.parameters_file import write_parameters
 from peg_on_hole_ros.diagnosis.hypotheses import hypotheses
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import contradiction
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import stored_configuration

@@ -13,7 +13,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.angles import angle_covariance
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.study.bound import (
     Meaning,

@@ -24,7 +24,7 @@ from peg_on_hole_ros.identification.quantities import (
 from peg_on_hole_ros.identification.recording import Recording, slow_slip
 from peg_on_hole_ros.identification.scoring import Search
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS, SCORING
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.records import AngleMeasurement
 

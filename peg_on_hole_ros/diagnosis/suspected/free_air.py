@@ -106,7 +106,7 @@ class FreeAir(Suspect):
         sign = self._reduction.sign
         shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
-        gravity_S = self._reduction.in_sensor(q, self._gravity_H)
+        gravity_S = self._reduction.gravity_in_sensor(q, self._gravity_H)
         pull, gravity = -float(mean[:3] @ gravity_S), float(np.linalg.norm(gravity_S))
         if off[0] and abs(pull) > FREE_AIR_TEST.along * force * gravity:
             text = (

@@ -11,11 +11,11 @@ from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import UNOBSERVABLE_TEST
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_sets import three_on_rim
+from peg_on_hole_ros.estimator.estimate import scene_of
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
-from peg_on_hole_ros.estimator.record import scene_of
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
-from peg_on_hole_ros.measurements.measurement import skew
+from peg_on_hole_ros.measurements.wrench_reduction import skew
 from peg_on_hole_ros.records import WEIGHED_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, new
 

@@ -8,10 +8,10 @@ import numpy as np
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, describe, hypotheses
-from peg_on_hole_ros.diagnosis.steps import Steps
+from peg_on_hole_ros.diagnosis.rounding import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
-from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, rotation_from_rpy
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of

@@ -27,7 +27,7 @@ A member of `contact_set.ContactSet` has a module here, with the same interface:
 member.
 
 To add a member, touch these files: `contact_set.py` (the member), a module here and its
-geometry beside this package, `registry.py` (a line in each function), `fill_record.py` and
+geometry beside this package, `registry.py` (a line in each function), `fill_estimate.py` and
 `forces.py` where neither slips nor forces are those of the rim or of the hole,
 `monitor/assessment.py` (when it is chosen), and `test/reference_equations.py` (the same balance
 by complex steps, which the compiled one is compared with).

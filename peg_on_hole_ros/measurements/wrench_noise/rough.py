@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Annotated
 
-from peg_on_hole_ros.estimator.noise import THIRD_DIFFERENCE, track_noise_ratio
+from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE, track_noise_ratio
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.dangers import load, stall, stuck, wedging
 from peg_on_hole_ros.monitor.dangers.load import Load
@@ -17,8 +17,8 @@ from peg_on_hole_ros.monitor.dangers.stuck import Stuck
 from peg_on_hole_ros.monitor.dangers.wedging import Wedging
 from peg_on_hole_ros.monitor.down_the_hole import DepthTrend
 from peg_on_hole_ros.monitor.evidence import Shown
-from peg_on_hole_ros.monitor.motion import MotionTrend
-from peg_on_hole_ros.monitor.moving import Passed, moving_now
+from peg_on_hole_ros.monitor.motion_now import Passed, moving_now
+from peg_on_hole_ros.monitor.motion_trend import MotionTrend
 from peg_on_hole_ros.monitor.push import NOT_PUSHED, Push, follow_total, forget_push, pushed_on
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.outputs import Row

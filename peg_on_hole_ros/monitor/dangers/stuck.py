@@ -3,7 +3,7 @@
 from math import cos, exp, fabs, log, pi, sin, sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitor.contacts import below

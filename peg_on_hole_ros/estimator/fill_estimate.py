@@ -5,10 +5,10 @@ from math import sqrt
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
 from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
+from peg_on_hole_ros.estimator.estimate import Motion, SceneRecord, Slip
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.hole_geometry import two_point_slip, two_point_tilt
 from peg_on_hole_ros.estimator.open_scene import scene_at, within_closed_forms
-from peg_on_hole_ros.estimator.record import Motion, SceneRecord, Slip
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_slip
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.mechanics.kernel import (
@@ -23,7 +23,7 @@ from peg_on_hole_ros.typed_record import Floats
 
 
 @compiled
-def fill_record(kalman: FilterRecord) -> None:
+def fill_estimate(kalman: FilterRecord) -> None:
     """Fill in the record by the mean of the mixture, all but `wrench_noise`."""
     state, places, estimate = kalman.state, kalman.places, kalman.record
     x, C, n = state.mixture_mean, state.mixture_covariance, places.reactions

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.motion import MotionTrend
+from peg_on_hole_ros.monitor.motion_trend import MotionTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import rate_after
 from peg_on_hole_ros.monitor.tuned import FOLLOWED_MOTION

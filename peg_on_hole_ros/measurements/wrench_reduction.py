@@ -213,8 +213,8 @@ class WrenchReduction:
         """What is taken off, as the sensor reports it: tare or configured bias, shape (6,)."""
         return self.sign * self.tare
 
-    def in_sensor(self, q: np.ndarray, gravity_H: np.ndarray) -> np.ndarray:
-        """Return gravity of the hole's axes in those of the sensor, shape (3,) [m/s^2]."""
+    def gravity_in_sensor(self, q: np.ndarray, gravity_H: np.ndarray) -> np.ndarray:
+        """Return gravity, given in hole axes, in sensor axes, shape (3,) [m/s^2]."""
         gravity_H = self._gravity_H if gravity_H is None else gravity_H
         return self.steps.peg_in_sensor @ peg_axes(q).T @ gravity_H
 
@@ -269,7 +269,7 @@ class WrenchReduction:
         """Return the `tare` with which a wrench is that of a peg which hangs free, shape (6,)."""
         gravity_H = tuple(self._gravity_H if gravity_H is None else gravity_H)
         measured, below = np.array([*force, *torque]), np.zeros(6)
-        in_sensor(self.steps, measured, q)
+        turn_to_sensor(self.steps, measured, q)
         add_weight_below(self.steps, q, gravity_H, below)
         hanging = -self._peg_mass * np.array([*turned_to_peg(q, gravity_H), 0.0, 0.0, 0.0])
         return measured - np.linalg.solve(self.matrix, hanging - below)
@@ -298,7 +298,7 @@ def reduce_wrench(
     out : ndarray, shape (6,)
 
     """
-    in_sensor(steps, measured, q)
+    turn_to_sensor(steps, measured, q)
     for i in range(6):
         out[i] = 0.0
         for j in range(6):
@@ -353,8 +353,8 @@ def note_load(
 
 
 @compiled
-def in_sensor(steps: ReductionSteps, measured: np.ndarray, q: np.ndarray) -> None:
-    """Turn a wrench as received to that on the peg side, sensor axes, before the tare, (6,)."""
+def turn_to_sensor(steps: ReductionSteps, measured: np.ndarray, q: np.ndarray) -> None:
+    """Turn a wrench as received, in place, to that on the peg in sensor axes, before the tare."""
     for i in range(6):
         measured[i] *= steps.sign
     if not steps.in_base:
