@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.grid.accuracies import ALL, NOTHING, Cell, members, report, spread_of
+from benchmarks.grid.accuracies import ALL, FIELDS, NOTHING, Cell, members, report, spread_of
 from peg_on_hole_ros.config.options import Accuracy
-from peg_on_hole_ros.records import ACCURACIES, WrenchSample
+from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan
@@ -92,12 +92,12 @@ def test_what_is_not_as_it_has_to_be_is_a_problem():
     nothing = asked["nothing_000"]
     assert not report([(nothing, {"exact": row(95), "stated": row(99, 4.0)})], None).problems
     kinds = {member.of[0] for member in asked.values()}
-    assert kinds == {ALL, NOTHING, *ACCURACIES}
+    assert kinds == {ALL, NOTHING, *FIELDS}
     assert len(members(Namespace(quick=True))) == 10
 
 
 def test_every_accuracy_is_drawn():
-    alone = [spread_of(kind) for kind in ACCURACIES]
+    alone = [spread_of(kind) for kind in FIELDS]
     for name in Accuracy.__dataclass_fields__:
         assert sum(getattr(each, name) > 0.0 for each in alone) == 1, name
     assert spread_of(NOTHING) == Accuracy.exact()

@@ -341,7 +341,7 @@ def test_confusion_and_calibration():
     # The first 50 samples are not counted.
     assert got["confusion"]["three_point"]["three_point"] == 150
     assert got["confusion"]["two_point"] == {
-        "three_point": 10, "two_point": 80, "open": 0, "unknown": 10
+        "three_point": 10, "two_point": 80, "open": 0, "unknown": 10, "elsewhere": 0
     }  # fmt: skip
     score = pooled([got, got])
     assert score["confusion"]["two_point"]["two_point"] == 160

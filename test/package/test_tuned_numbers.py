@@ -88,13 +88,14 @@ NOT_TUNED = {
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
     "measurements/orientation": {"ROW": "columns"},
     "estimator/accuracy_record": {
-        "GAINS CROSSTALKS PLACES AXES PAYLOADS TILTS DIAMETERS SOURCES ROWS OF_FRICTION": "places",
+        "GAINS CROSSTALKS PLACES AXES PAYLOADS TILTS DIAMETERS LAG": "places",
+        "SOURCES ROWS OF_FRICTION": "places",
     },
     "estimator/contact_sets/free": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/three_on_rim": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/two_in_hole": {"UNKNOWN_REACTIONS": "contacts"},
     "estimator/contact_sets/unknown": {"UNKNOWN_REACTIONS": "contacts"},
-    "estimator/noise": {"FIRST_DIFFERENCE THIRD_DIFFERENCE": "of differences of white noise"},
+    "estimator/orientation_noise": {"FIRST_DIFFERENCE THIRD_DIFFERENCE": "of white noise"},
     "estimator/settings": {"MOST_MODES": "room in a record"},
     "estimator/snapshot": {"WORD": "bytes"},
     "estimator/state": {
