@@ -10,8 +10,8 @@ from peg_on_hole_ros.estimator.bias_in_air import corrects_bias, update_bias_in_
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
+    orientation_nis,
     pass_time,
-    predict_orientation,
     update_from_orientation,
 )
 from peg_on_hole_ros.estimator.settings import default_settings
@@ -122,7 +122,7 @@ class Compiled:
         mixture.combine(self.state)
 
     def correct(self, q, R):
-        predict_orientation(self.memory, q, R)
+        orientation_nis(self.memory, q, R)
         track_orientation_noise(self.memory, q, R)
         update_from_orientation(self.memory, q, R)
         mixture.combine(self.state)

@@ -7,7 +7,7 @@ from arm import BENT, Arm, peg_rotation
 from arm import JOINTS as ARM_JOINTS
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.messages.output import joint_state
+from peg_on_hole_ros.messages.beside_estimates import joint_state
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 UP, X, Y = np.eye(3)[[2, 0, 1]]

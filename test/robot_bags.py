@@ -6,8 +6,8 @@ from arm import BENT, JOINTS, OPTIONS, Arm, peg_rotation
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
-from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, joint_state
-from peg_on_hole_ros.messages.output import WRENCH as WRENCH_TYPE
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, STRING, joint_state
+from peg_on_hole_ros.messages.beside_estimates import WRENCH as WRENCH_TYPE
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.replay.run import stored_configuration
 

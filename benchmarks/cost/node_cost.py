@@ -30,8 +30,14 @@ from typing import Any, NamedTuple
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.messages.beside_estimates import (
+    DIAGNOSTICS,
+    LATCHED,
+    PREFIX,
+    TOPICS,
+    UNSTAMPED,
+)
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, PREFIX, TOPICS, UNSTAMPED
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.ros.local_dds import environment, free_domain
 

@@ -29,8 +29,8 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.messages.beside_estimates import PREFIX, joint_state
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import PREFIX, joint_state
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.records import WrenchSample

@@ -20,7 +20,7 @@ from benchmarks.robot_cells.arms import ARMS, urdf
 from benchmarks.robot_cells.rows import GAMMA0, Rows
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.settings import load
-from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 

@@ -13,10 +13,10 @@ from peg_on_hole_ros.bags.writer import (
 )
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import PREFIX, STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import PREFIX, STRING
 
 # Calls of ~/reset and ~/tare change the estimate, so they are part of what arrived.
 EVENT_TOPIC = f"{PREFIX}events"

@@ -8,7 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.messages.output import (
+from peg_on_hole_ros.messages.beside_estimates import (
     DECLARED,
     JOINT_STATE,
     PREFIX,

@@ -10,7 +10,7 @@ import numpy as np
 from peg_on_hole_ros.bags.reader import absolute
 from peg_on_hole_ros.bags.truth import CONTACTS_TOPIC, MODE_TOPIC, STATE_TOPIC
 from peg_on_hole_ros.bags.writer import BagWriter
-from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
 from peg_on_hole_ros.sim.hole_steps import STEP

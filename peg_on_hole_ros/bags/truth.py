@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.messages.output import JOINT_STATE, STRING
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, STRING
 from peg_on_hole_ros.messages.passed_time import StampRun
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 

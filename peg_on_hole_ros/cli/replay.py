@@ -27,8 +27,8 @@ from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.suspected.unobservable import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX
 from peg_on_hole_ros.messages.cycles import json_line
-from peg_on_hole_ros.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.monitor.pose_only import LINE as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.advice import other_units

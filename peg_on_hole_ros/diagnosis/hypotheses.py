@@ -172,7 +172,7 @@ _WHY = {
 }
 
 
-def describe(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
+def finding_text(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
     """
     Return in a line what is wrong.
 

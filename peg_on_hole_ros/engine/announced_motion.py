@@ -8,7 +8,7 @@ MODES = {"lift_off": "open", "insertion": "two_point"}
 NOTHING = "nothing"
 
 
-class Expected:
+class AnnouncedMotion:
     """
     Withholds `contact_loss` while an announced motion is under way, and for a while behind it.
 

@@ -311,7 +311,7 @@ class Engine:
             reduction = self.processor.reduction
             self.findings.look(self.configuration, reduction, reduction.taken_off)
 
-    def describe(self, configuration: Configuration) -> None:
+    def use_robot_description(self, configuration: Configuration) -> None:
         """Use what the robot's description makes known, before the first message is used."""
         self.configuration = configuration
         self._use_found()

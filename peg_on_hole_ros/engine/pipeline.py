@@ -139,10 +139,12 @@ class Pipeline:
         """Use the present pose as that of a free and still peg; return what all such show."""
         return self._requests.take_pose()
 
-    def describe(self, configuration: Configuration, orientation: JointOrientation) -> None:
+    def use_robot_description(
+        self, configuration: Configuration, orientation: JointOrientation
+    ) -> None:
         """Use what the robot's description makes known, before which no message is used."""
         self.scene = configuration.scene
-        self._engine.describe(configuration)
+        self._engine.use_robot_description(configuration)
         self._requests.forget()
         self.orientation = orientation
 

@@ -1,4 +1,4 @@
-"""How one wrench and its orientations change the estimate, and what is reported of it."""
+"""The settings and the state that `steps` works on, and what is reported of them."""
 
 from collections import Counter
 from collections.abc import Sequence

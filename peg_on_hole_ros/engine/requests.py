@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 
-from peg_on_hole_ros.engine.announced_motion import Expected
+from peg_on_hole_ros.engine.announced_motion import AnnouncedMotion
 from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, why_not_free
 from peg_on_hole_ros.engine.still_poses import StillPoses
@@ -35,7 +35,7 @@ class Requests:
 
     def forget(self) -> None:
         """Forget what was asked for, and begin by the settings of the engine."""
-        self._expected, self._poses = Expected(), StillPoses(self._engine.configuration)
+        self._expected, self._poses = AnnouncedMotion(), StillPoses(self._engine.configuration)
         self._free = FreeFor(self._engine.configuration)
 
     @property

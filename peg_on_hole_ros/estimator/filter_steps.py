@@ -10,8 +10,8 @@ from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
     departs_further,
     jump_to,
+    orientation_nis,
     pass_time,
-    predict_orientation,
     update_from_orientation,
 )
 from peg_on_hole_ros.estimator.settings import Gates
@@ -79,7 +79,7 @@ def gate_orientation(
 
     """
     kalman: FilterRecord = memory[0]
-    nis = predict_orientation(kalman, q, R)
+    nis = orientation_nis(kalman, q, R)
     track_orientation_noise(kalman, q, R)
     if not isfinite(nis):
         return LOST, nis

@@ -3,7 +3,7 @@
 from math import cos, exp, sin
 
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
-from peg_on_hole_ros.estimator.friction_change import add_friction_noise
+from peg_on_hole_ros.estimator.friction_walk import add_friction_noise
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import PROCESS_NOISE_FLOOR

@@ -25,7 +25,7 @@ def pass_time(state: State, dt: float) -> None:
 
 
 @compiled
-def predict_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> float:
+def orientation_nis(kalman: FilterRecord, q: Floats, R: Floats) -> float:
     """
     Return the normalised innovation squared of an orientation; nothing is corrected.
 
@@ -41,7 +41,7 @@ def predict_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> float:
 @compiled
 def departs_further(kalman: FilterRecord, R: Floats) -> bool:
     """
-    Note how far off an orientation of `predict_orientation` is, with covariance R [rad^2].
+    Note how far off an orientation of `orientation_nis` is, with covariance R [rad^2].
 
     Returns whether it is further off than the one noted before, and the same way: one motion makes
     that of both, while outliers do not agree.

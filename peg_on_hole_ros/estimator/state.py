@@ -131,7 +131,7 @@ class State(Record):
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     friction_floor : ndarray, shape (m,)
-        Of each component the floor of its friction's variance, see `friction_change`.
+        Of each component the floor of its friction's variance, see `friction_walk`.
     contact_set : ContactSet
         Which contacts the last wrench was weighed with; UNKNOWN: it corrected nothing.
     air : sequence of 3 AirBatch

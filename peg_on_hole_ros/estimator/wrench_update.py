@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
 from peg_on_hole_ros.estimator.direction import add_product_noise, fill_product_covariance
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
-from peg_on_hole_ros.estimator.friction_change import keep_friction_floor
+from peg_on_hole_ros.estimator.friction_walk import keep_friction_floor
 from peg_on_hole_ros.estimator.mixture import (
     combine,
     fill_evidence_share,

@@ -10,8 +10,8 @@ from peg_on_hole_ros.estimator.contact_sets import three_on_rim
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.mixture import combine, predict
 from peg_on_hole_ros.estimator.orientation_update import (
+    orientation_nis,
     pass_time,
-    predict_orientation,
     update_from_orientation,
 )
 from peg_on_hole_ros.estimator.scratch import Scratch
@@ -147,7 +147,7 @@ def _take_orientation(kalman, events, k, into):
                 into.covariance[k, i, j] = P[i, j] + R[i, j]
     if events.kind[k] == ORIENTATION:
         combine(kalman.state)
-        into.nis[k] = predict_orientation(kalman, q, R)
+        into.nis[k] = orientation_nis(kalman, q, R)
     update_from_orientation(kalman, q, R)
 
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.messages.output import Message
+from peg_on_hole_ros.messages.beside_estimates import Message
 from peg_on_hole_ros.messages.published import LAYOUTS, published
-from peg_on_hole_ros.monitor.known_reactions import are_known
+from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import Rows
 
@@ -110,7 +110,7 @@ class OutputColumns:
         return self._where_known(self.rows["contact_wrench"][:, :, :3])
 
     def _where_known(self, values):
-        known = are_known(self.rows).reshape(-1, *[1] * (values.ndim - 1))
+        known = are_publishable(self.rows).reshape(-1, *[1] * (values.ndim - 1))
         return np.where(known, values, np.nan)
 
     @cached_property

@@ -7,8 +7,8 @@ import numpy as np
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.plain import header, quaternion, xyz
-from peg_on_hole_ros.monitor.known_reactions import are_known
 from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.records import CONTACTS
 
 # visualization_msgs/Marker
@@ -101,7 +101,7 @@ def _rim(t_ns, scene):
 
 def _forces(outputs, scene):
     D = scene.hole_diameter
-    known = are_known(outputs.row)
+    known = are_publishable(outputs.row)
     metre_per_newton = D / (5 * scene.peg_mass * 9.80665)
     for i in range(len(CONTACTS)):
         force = outputs.contact_force[i]

@@ -4,12 +4,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.messages.beside_estimates import (
+    JOINT_STATE,
+    POSE,
+    TOPICS,
+    WRENCH,
+    joint_state,
+)
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import joined
-from peg_on_hole_ros.messages.output import JOINT_STATE, POSE, TOPICS, WRENCH, joint_state
 from peg_on_hole_ros.messages.plain import header, xyz
-from peg_on_hole_ros.monitor.known_reactions import are_known
 from peg_on_hole_ros.monitor.output_row import OUTPUTS, ROW
+from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.outputs import NOT_DETERMINED
 
 _BYTES = np.dtype(np.float64).itemsize
@@ -122,7 +128,7 @@ def published(rows: np.ndarray) -> np.ndarray:
     """
     words = np.ascontiguousarray(rows).view(np.float64).reshape(len(rows), -1)
     numbers = words[:, :SIZE].copy()
-    unknown = np.flatnonzero(~are_known(rows))
+    unknown = np.flatnonzero(~are_publishable(rows))
     if len(unknown):
         numbers[unknown[:, None], _WITHHELD] = np.nan
     return numbers

@@ -25,10 +25,10 @@ from peg_on_hole_ros.measurements.orientation import (
     PegJoints,
     UndescribedRobot,
 )
+from peg_on_hole_ros.messages.beside_estimates import STRING, Message, OutputStream
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.messages.output import STRING, Message, OutputStream
 from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
 from peg_on_hole_ros.monitor.still_possible import StillPossible
@@ -219,7 +219,7 @@ class MessageStream:
             self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
         return Answer(found or not line, line)
 
-    def describe(self, text: str) -> None:
+    def use_robot_description(self, text: str) -> None:
         """
         Take the robot's description, for which joint states and wrenches wait.
 
@@ -230,7 +230,7 @@ class MessageStream:
 
         """
         configuration = with_description(self.pipeline.configuration, text)
-        self.pipeline.describe(configuration, orientation_of(configuration.joints))
+        self.pipeline.use_robot_description(configuration, orientation_of(configuration.joints))
         self._possible(lambda look: look.take(configuration), None)
 
     def finish(self) -> list[Message]:

@@ -1,8 +1,8 @@
 """Mode, transition, risk and alarms of an estimate, as one row of numbers."""
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.description import describe
 from peg_on_hole_ros.estimator.estimate import Estimate
+from peg_on_hole_ros.estimator.fill_outputs import fill_outputs
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.closed_contacts import is_closed
@@ -142,7 +142,7 @@ def assess(
             row.time_to_transition_stddev = shown.time_stddev
     elif declared.mode != Mode.OPEN:
         wide = shown.wedged
-    describe(estimate, settings.peg_height, on_contacts, wide, row)
+    fill_outputs(estimate, settings.peg_height, on_contacts, wide, row)
     if not blind:
         dangers = memory.dangers
         follow_alarms(memory.alarms, declared.mode, settings, t, dangers, shown, row.normal)

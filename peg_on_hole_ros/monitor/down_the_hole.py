@@ -4,13 +4,13 @@ from math import exp, fabs, sqrt
 
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, is_number
 from peg_on_hole_ros.monitor.tuned import DOWN_THE_HOLE, FOLLOWED_MOTION
 from peg_on_hole_ros.typed_record import Record
 
-# On two points the tilt determines the depth (`insertion_depth.depth_at`). docs/jamming.md, "In
+# On two points the tilt determines the depth (`hole_geometry.depth_at`). docs/jamming.md, "In
 # the hole", derives what is read.
 
 

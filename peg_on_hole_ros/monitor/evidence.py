@@ -12,7 +12,7 @@ from peg_on_hole_ros.monitor.contact_load import (
     forget_load,
     stands_out,
 )
-from peg_on_hole_ros.monitor.contacts import (
+from peg_on_hole_ros.monitor.contact_probabilities import (
     CLOSED,
     COUNT,
     FREE,

@@ -5,10 +5,10 @@ from math import fabs
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.changed_friction import follow_friction
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
+from peg_on_hole_ros.monitor.friction_step import follow_friction
 from peg_on_hole_ros.monitor.known_quantities import fill_known
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.motion_now import Passed

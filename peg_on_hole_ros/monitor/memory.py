@@ -5,10 +5,10 @@ from typing import Annotated
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import one_point
 from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
-from peg_on_hole_ros.monitor.changed_friction import FrictionStep, forget_friction
 from peg_on_hole_ros.monitor.dangers.registry import Dangers, forget_dangers
 from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
+from peg_on_hole_ros.monitor.friction_step import FrictionStep, forget_friction
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend, forget_motion

@@ -4,7 +4,7 @@ from math import fabs, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import rate_after

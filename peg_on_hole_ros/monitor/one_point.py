@@ -4,7 +4,7 @@ from math import exp, log, pi, sqrt
 
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, ONE_POINT
 from peg_on_hole_ros.typed_record import Floats
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.typed_record import Floats, Record
 

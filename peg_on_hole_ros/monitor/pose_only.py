@@ -2,8 +2,8 @@
 
 from math import fabs
 
-from peg_on_hole_ros.estimator.description import describe
 from peg_on_hole_ros.estimator.estimate import Estimate
+from peg_on_hole_ros.estimator.fill_outputs import fill_outputs
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import clear_alarms
 from peg_on_hole_ros.monitor.assessment import fill_declared, fill_known_outputs
@@ -63,5 +63,5 @@ def look(
     memory.declared.three_point_tried = below < doubt
     three_point = usable and below < 0.5 and not blind
     fill_known_outputs(row, below, known, three_point)
-    describe(estimate, settings.peg_height, 3 if three_point else 0, wedged, row)
+    fill_outputs(estimate, settings.peg_height, 3 if three_point else 0, wedged, row)
     fill_declared(row, memory)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.motion_now import Moving
 from peg_on_hole_ros.monitor.trend import is_number
 from peg_on_hole_ros.monitor.tuned import PUSH_MEANS

@@ -7,8 +7,8 @@ from peg_on_hole_ros.bags.batch import stretches
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.decode import WRENCH_TYPE
-from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.robot.described import described, with_description
 from peg_on_hole_ros.robot.sensor_frame import mounting

@@ -22,9 +22,9 @@ from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import METHODS, make_filter
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.messages.beside_estimates import STRING, Message, smoothed_messages
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.messages.stream import (
     MessageStream,
     is_event,

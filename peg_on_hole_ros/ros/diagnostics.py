@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from peg_on_hole_ros.config.node_parts import NODE
-from peg_on_hole_ros.messages.output import HARDWARE_ID
+from peg_on_hole_ros.messages.beside_estimates import HARDWARE_ID
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
 

@@ -195,7 +195,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self.get_logger().info(printable(answer.message))
 
     def _describe(self, text):
-        self._stream.describe(text)
+        self._stream.use_robot_description(text)
         joints = replace(self.configuration.joints, description=text)
         self.configuration = replace(self.configuration, joints=joints)
         self._recording.describe(self.configuration)

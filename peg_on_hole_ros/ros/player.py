@@ -13,10 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import LATCHED_QOS
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.messages.cdr_layout import stamp_ns
-from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import (
+from peg_on_hole_ros.messages.beside_estimates import (
     BOOL,
     DIAGNOSTICS,
     LATCHED,
@@ -26,6 +23,9 @@ from peg_on_hole_ros.messages.output import (
     TOPICS,
     UINT8,
 )
+from peg_on_hole_ros.messages.cdr_layout import stamp_ns
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.ros_messages import message_class
 
 # For the node to start [s]: a cold compilation included, on a machine with other work.

@@ -6,8 +6,8 @@ from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, LATCHED, TOPICS, Message
 from peg_on_hole_ros.messages.cdr import Encoder
-from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS, Message
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import Published
 from peg_on_hole_ros.messages.transforms import TRANSFORM_TOPIC, TRANSFORMS, Transforms

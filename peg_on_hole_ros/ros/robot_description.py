@@ -7,7 +7,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.robot.urdf_source import MOST_URDF_BYTES
 from peg_on_hole_ros.safe_text import printable

@@ -16,7 +16,7 @@ from rclpy.task import Future
 from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.messages.output import LATCHED, TOPICS
+from peg_on_hole_ros.messages.beside_estimates import LATCHED, TOPICS
 from peg_on_hole_ros.watch.frames import WHOLE, Frames
 from peg_on_hole_ros.watch.taking import DEPTH, subscribe, taken
 

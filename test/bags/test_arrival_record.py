@@ -21,10 +21,10 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, TOPICS, UNSTAMPED
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import JOINT_STATE, TOPICS, UNSTAMPED
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import (

@@ -11,7 +11,7 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.messages.output import OutputStream, joint_state
+from peg_on_hole_ros.messages.beside_estimates import OutputStream, joint_state
 from small_bags import MS
 
 T_NS = 10**9

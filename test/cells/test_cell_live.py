@@ -7,8 +7,8 @@ from rclpy.serialization import deserialize_message
 from dds_peer import Peer, node_process, stop
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.truth import read_truth
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
 from simulated import ROOT
 from tiers import at_push

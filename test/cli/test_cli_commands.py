@@ -11,7 +11,7 @@ from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.messages.output import JOINT_STATE, joint_state
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, joint_state
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 

@@ -11,7 +11,7 @@ from estimates import estimate, messages
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.messages.output import TOPICS, UNSTAMPED, OutputStream
+from peg_on_hole_ros.messages.beside_estimates import TOPICS, UNSTAMPED, OutputStream
 from small_bags import MS
 
 COUNT = 5

@@ -13,9 +13,9 @@ from cli_helpers import command, config, fails
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.startup.one_line import INTERNAL, TRACEBACK, exit_code
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 

@@ -14,7 +14,7 @@ from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
-from peg_on_hole_ros.messages.output import STRING, joint_state
+from peg_on_hole_ros.messages.beside_estimates import STRING, joint_state
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 from tiers import nightly
 

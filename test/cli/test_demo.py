@@ -15,8 +15,14 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import LATCHED_QOS, BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.messages.beside_estimates import (
+    JOINT_STATE,
+    LATCHED,
+    STRING,
+    TOPICS,
+    joint_state,
+)
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import JOINT_STATE, LATCHED, STRING, TOPICS, joint_state
 
 pytestmark = pytest.mark.xdist_group("dds")
 

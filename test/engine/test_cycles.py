@@ -13,9 +13,9 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.config.options import NodeOptions
+from peg_on_hole_ros.messages.beside_estimates import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import PAUSE_NS, PEG_CHANGE_NS, Cycles, json_line
-from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.monitor.output_row import NOTHING
 from peg_on_hole_ros.records import Rows
 from simulated import truth

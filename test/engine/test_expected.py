@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from estimates import estimate
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
-from peg_on_hole_ros.engine.announced_motion import Expected
+from peg_on_hole_ros.engine.announced_motion import AnnouncedMotion
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.messages.stream import is_event, message_stream
 from peg_on_hole_ros.records import JointSample, WrenchSample
@@ -54,7 +54,7 @@ def test_an_announced_lift_off_is_no_lost_contact():
 @pytest.mark.parametrize(("what", "mode"), [("insertion", "two_point"), ("lift_off", "open")])
 def test_what_is_announced_is_over_half_a_second_behind_it(what, mode):
     lost, jams = {"contact_loss": 2}, {"jamming": 2}
-    expected = Expected()
+    expected = AnnouncedMotion()
     expected.announce(what)
 
     def levels(t_ms, mode, alarms):

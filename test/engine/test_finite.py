@@ -10,7 +10,7 @@ import pytest
 
 from inputs import joints, wrench
 from peg_on_hole_ros.config.configuration import from_parameters
-from peg_on_hole_ros.messages.output import TOPICS
+from peg_on_hole_ros.messages.beside_estimates import TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
 from tiers import at_push, nightly
 

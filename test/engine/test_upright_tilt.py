@@ -4,7 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.messages.output import smoothed_messages
+from peg_on_hole_ros.messages.beside_estimates import smoothed_messages
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 

@@ -6,8 +6,8 @@ import pytest
 from estimates import columns
 from late_samples import MS, ordered, pipeline, play, total, undoubted
 from peg_on_hole_ros.engine.tuned import REPROCESSING
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from peg_on_hole_ros.messages.cycles import Cycles
-from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.replay.summary import Summary
 from tiers import at_push

@@ -22,7 +22,7 @@ from peg_on_hole_ros.identification.observability import (
     ObservingFilter,
     observability,
 )
-from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.replay.run import stored_configuration
 from simulated import ROOT
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench

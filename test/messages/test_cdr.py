@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mcap_ros2._dynamic import serialize_dynamic
 
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, POSE, WRENCH, joint_state
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import JOINT_STATE, POSE, WRENCH, joint_state
 from peg_on_hole_ros.messages.plain import header
 
 ARRAY = "diagnostic_msgs/msg/DiagnosticArray"

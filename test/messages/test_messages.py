@@ -9,13 +9,13 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from estimates import ALARMS, SCENE, changed, estimate, messages
-from peg_on_hole_ros.messages.cdr import Encoder
-from peg_on_hole_ros.messages.output import (
+from peg_on_hole_ros.messages.beside_estimates import (
     STRING,
     TOPICS,
     UNSTAMPED,
     OutputStream,
 )
+from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.plain import quaternion, stamp
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms

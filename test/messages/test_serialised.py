@@ -6,9 +6,9 @@ import pytest
 
 from cli_helpers import ROOT
 from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.messages.beside_estimates import TOPICS
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import stored_configuration
 

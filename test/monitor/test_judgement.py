@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.harness.exact import exactly
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import PegJoints
-from peg_on_hole_ros.monitor.contacts import no_knowledge
+from peg_on_hole_ros.monitor.contact_probabilities import no_knowledge
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show

@@ -20,7 +20,7 @@ from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.contact_load import ContactLoad, carried_load, stands_out
-from peg_on_hole_ros.monitor.contacts import (
+from peg_on_hole_ros.monitor.contact_probabilities import (
     CLOSED,
     COUNT,
     FREE,

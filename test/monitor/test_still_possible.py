@@ -11,8 +11,8 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.messages.beside_estimates import WRENCH
 from peg_on_hole_ros.messages.cdr import Encoder
-from peg_on_hole_ros.messages.output import WRENCH
 from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.still_possible import possible

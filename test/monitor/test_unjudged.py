@@ -12,7 +12,7 @@ from json_schema import check
 from late_samples import ordered, shuffled
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from peg_on_hole_ros.records import ACCURACIES
 from peg_on_hole_ros.replay.summary import Summary
 from peg_on_hole_ros.ros.diagnostics import Diagnostics

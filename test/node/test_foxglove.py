@@ -19,8 +19,8 @@ from websockets.exceptions import ConnectionClosed  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
 from peg_on_hole_ros.bags.reader import Bag  # noqa: E402
+from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX, TOPICS  # noqa: E402
 from peg_on_hole_ros.messages.definitions import definition  # noqa: E402
-from peg_on_hole_ros.messages.output import LATCHED, PREFIX, TOPICS  # noqa: E402
 from peg_on_hole_ros.ros.player import Player  # noqa: E402
 
 pytestmark = [pytest.mark.xdist_group("dds"), pytest.mark.timeout(600)]

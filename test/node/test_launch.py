@@ -11,7 +11,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from dds_peer import PATIENCE, Peer, stop
-from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
 from simulated import ROOT
 

@@ -20,9 +20,9 @@ from std_srvs.srv import Trigger
 from dds_peer import PATIENCE, Peer, node_process, stop
 from inputs import closing, joints, wrench
 from peg_on_hole_ros.config.parameter_table import PARAMETERS
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init

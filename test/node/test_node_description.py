@@ -16,8 +16,8 @@ from peg_on_hole_ros.bags.writer import URDF_METADATA
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, STRING, joint_state
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS, STRING, joint_state
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.replay.run import replay_bag, stored_configuration

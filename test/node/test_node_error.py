@@ -9,9 +9,9 @@ from dds_peer import Peer, node_process, stop
 from inputs import joints, wrench
 from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init

@@ -9,10 +9,10 @@ from rclpy.serialization import deserialize_message
 
 from dds_peer import Peer, node_process, stop, wait_until
 from inputs import joints, wrench
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.node import PegOnHoleNode

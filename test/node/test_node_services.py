@@ -12,8 +12,8 @@ from std_srvs.srv import Trigger
 from dds_peer import PATIENCE, Peer, node_process, stop
 from inputs import hanging, joints
 from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from simulated import ROOT
 

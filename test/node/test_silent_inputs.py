@@ -5,9 +5,9 @@ import rclpy
 
 from dds_peer import wait_until
 from inputs import joints, wrench
+from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.local_dds import free_domain

@@ -13,7 +13,7 @@ from peg_on_hole_ros.engine.arrival_order import COUNTED
 from peg_on_hole_ros.engine.state import COUNTS
 from peg_on_hole_ros.measurements import orientation, wrench_reduction
 from peg_on_hole_ros.messages import decode, stream
-from peg_on_hole_ros.messages.output import LATCHED, TOPICS
+from peg_on_hole_ros.messages.beside_estimates import LATCHED, TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.replay import run as replay

@@ -12,8 +12,8 @@ import yaml
 
 from inputs import closing
 from peg_on_hole_ros.config.options import Configuration, Topics
+from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, TOPICS
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.messages.output import JOINT_STATE, TOPICS
 from peg_on_hole_ros.messages.plain import HOLE_FRAME
 from peg_on_hole_ros.messages.stream import message_stream
 from simulated import ROOT

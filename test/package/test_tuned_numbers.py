@@ -110,7 +110,7 @@ NOT_TUNED = {
     },
     "identification/selection": {"NORMAL_95": "of a normal distribution"},
     "monitor/alarm_text": {"ANY ALL PLAIN HOLE": "places in tables"},
-    "monitor/contacts": {"COUNT": "hypotheses"},
+    "monitor/contact_probabilities": {"COUNT": "hypotheses"},
     "monitor/one_point": {"COUNT": "hypotheses"},
     "monitor/output_row": {"NOT_JUDGED": "a name"},
     "monitor/trend": {"LARGEST": "bound of what squares are finite of"},

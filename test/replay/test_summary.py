@@ -5,8 +5,8 @@ import pickle
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.messages.beside_estimates import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.monitor.output_row import NOTHING
 from peg_on_hole_ros.records import ACCURACIES, WEIGHED_SETTINGS, Rows
 from peg_on_hole_ros.replay import summary as module

@@ -13,7 +13,7 @@ from estimates import SCENE, changed, estimate, messages
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from small_bags import MS, write_bag
 from tiers import nightly
 

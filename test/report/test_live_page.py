@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
 from peg_on_hole_ros.bags.reader import Bag  # noqa: E402
-from peg_on_hole_ros.messages.output import PREFIX  # noqa: E402
+from peg_on_hole_ros.messages.beside_estimates import PREFIX  # noqa: E402
 from peg_on_hole_ros.ros.player import Player  # noqa: E402
 from pictures import differing, parts  # noqa: E402
 from tiers import nightly  # noqa: E402

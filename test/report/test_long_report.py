@@ -5,8 +5,8 @@ import pytest
 from test_report_page import replay_of
 
 from estimates import SCENE, columns, estimate
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.monitor.output_row import ROW
 from peg_on_hole_ros.records import ANGLES, JointSample, Rows, WrenchSample
 from peg_on_hole_ros.report.replay_page import replay_page

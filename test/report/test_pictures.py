@@ -8,7 +8,7 @@ from test_report_page import replay_of
 from browsing import Opened
 from estimates import SCENE, changed, columns, estimate
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.report.replay_page import replay_page
 from peg_on_hole_ros.report.tracks import Tracks

@@ -16,7 +16,7 @@ from estimates import SCENE, changed, columns, estimate
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.messages.beside_estimates import OutputStream
 from peg_on_hole_ros.records import ACCURACIES
 from peg_on_hole_ros.report.inputs import Inputs
 from peg_on_hole_ros.report.page import library

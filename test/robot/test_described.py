@@ -135,7 +135,7 @@ def test_a_stream_takes_gravity_with_the_description_that_comes_late():
     waiting = cell(urdf="topic")
     stream = message_stream(waiting)
     assert stream.pipeline.configuration.scene.gravity == Scene().gravity
-    stream.describe(TEXT)
+    stream.use_robot_description(TEXT)
     known = message_stream(cell(description=TEXT))
     for each in (stream, known):
         assert each.pipeline.configuration.scene.gravity == pytest.approx(in_hole(DOWN))

@@ -16,8 +16,8 @@ from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.config.parameters_file import write_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import STRING, joint_state
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import STRING, joint_state
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.robot.sensor_frame import mounting
@@ -201,9 +201,9 @@ def test_a_stream_refuses_an_empty_description_and_takes_the_next():
     stream = message_stream(configuration(replace(OPTIONS, urdf="topic")))
     for text, told in (("", "is empty$"), (FOREIGN, "'tool' is no link of the robot's descr")):
         with pytest.raises(PegOnHoleError, match=told):
-            stream.describe(text)
+            stream.use_robot_description(text)
         assert awaited(stream.pipeline.configuration.joints)
-    stream.describe(TEXT)
+    stream.use_robot_description(TEXT)
     assert stream.pipeline.configuration.joints.description == TEXT
 
 

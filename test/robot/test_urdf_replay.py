@@ -18,13 +18,13 @@ from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.beside_estimates import joint_state
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
     joint_sample,
     wrench_sample,
 )
-from peg_on_hole_ros.messages.output import joint_state
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
 from peg_on_hole_ros.replay.run import replay_bag

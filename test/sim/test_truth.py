@@ -12,7 +12,12 @@ from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_tab
 from peg_on_hole_ros.bags.truth import RecordedTruth, read_truth
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, OutputStream, joint_state
+from peg_on_hole_ros.messages.beside_estimates import (
+    JOINT_STATE,
+    STRING,
+    OutputStream,
+    joint_state,
+)
 from peg_on_hole_ros.plots import series as series_module
 from peg_on_hole_ros.plots.replay import figure, png
 from peg_on_hole_ros.plots.series import Series

@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, describe, hypotheses
+from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, finding_text, hypotheses
 from peg_on_hole_ros.diagnosis.rounding import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
@@ -169,7 +169,7 @@ class WrongWrench(Suspect):
             near = np.flatnonzero(gains > gains[best] - WRONG_WRENCH_TEST.apart).tolist()
             others = {self._all[i].mirrored for i in near} - {found.mirrored, ""}
             alike = sorted(others) if found.mirrored else []
-            text, instead = describe(found, before, after, alike), changed(self._stated, found)
+            text, instead = finding_text(found, before, after, alike), changed(self._stated, found)
             # Several faults at once fit by chance.
             self.finding = Finding(text, instead, voids=True, alone=len(instead) == 1)
 

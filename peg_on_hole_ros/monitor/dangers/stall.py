@@ -3,7 +3,7 @@
 from math import exp, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.dangers.situation import (
     Situation,
     horizon_on_rim,

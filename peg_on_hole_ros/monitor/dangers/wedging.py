@@ -4,7 +4,7 @@ from math import fabs, inf, isfinite, sqrt
 
 from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
-from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.dangers.situation import Situation, is_inside, on_rim
 from peg_on_hole_ros.monitor.motion_now import Moving
 from peg_on_hole_ros.monitor.tuned import PUSH_MEANS, WEDGING_AHEAD

@@ -5,7 +5,7 @@ from typing import Any
 from peg_on_hole_ros.monitor.states import Mode
 
 
-def are_known(rows: Any) -> Any:
+def are_publishable(rows: Any) -> Any:
     """
     Return whether the reactions are known, shape (n,).
 

@@ -19,7 +19,7 @@ from peg_on_hole_ros.outputs import Row
 
 
 @compiled
-def describe(
+def fill_outputs(
     estimate: Estimate, peg_height: float, on_contacts: int, wide: float, row: Row
 ) -> None:
     """
