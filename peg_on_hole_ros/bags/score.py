@@ -13,7 +13,8 @@ from peg_on_hole_ros.records import CONTACTS, SIX_QUANTITIES
 TABLE_NOTES = (
     "inside 95 % bounds: share of the samples whose error is at most "
     f"{BOUND_STDDEVS:.2f} stated standard deviations; 95 % is right, less means bounds that are "
-    "too narrow, more too wide"
+    "too narrow, more too wide; those of reactions allow for accuracy.*, errors of a sensor and "
+    "of parts as they are bought, which a simulated truth does not have"
 )
 UNDETERMINED = (
     "not determined (reactions_determined = 0): the wrench does not tell these reactions, as at "
