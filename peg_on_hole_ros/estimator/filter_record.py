@@ -45,10 +45,10 @@ class FilterRecord(Record):
         What one unit of the sensor's bias adds to a wrench on the peg.
     friction_open : bool
         Whether friction has a spread.
-    accuracies : Accuracies
-        As stated, with the load that they act on.
     noise : ndarray, shape (6, 6)
         Covariance of a wrench on the peg.
+    accuracies : Accuracies
+        As stated, with the load of the last wrench, which snapshots go back to.
     wrench : ndarray, shape (6,)
         The last one on the peg, about its mass centre, peg axes [N], [N m].
     record : Estimate
@@ -79,8 +79,8 @@ class FilterRecord(Record):
     estimated: Values
     bias_map: Matrix6
     friction_open: bool
-    accuracies: Accuracies
     noise: Matrix6
+    accuracies: Accuracies
     wrench: Vector6
     record: Estimate
     open_mean: OfOpen

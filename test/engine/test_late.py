@@ -44,6 +44,16 @@ def test_a_shuffled_stream_ends_where_the_ordered_one_does(most_ms):
     assert total(counts) == len(samples)
 
 
+def test_what_a_stated_low_pass_lags_is_put_back_too():
+    """The lag is that from the wrench before in stamps, not from the one processed before."""
+    samples, stated = ordered(), pipeline().configuration
+    stated = replace(stated, wrench=replace(stated.wrench, low_pass=5.0))
+    line = [play(Pipeline(stated), each) for each in (samples, shuffled(samples, 30 * MS))]
+    expected, found = line[0][-1], line[1][-1]
+    assert expected.monitor["doubt_low_pass"] > 0.0
+    np.testing.assert_array_equal(found.normal_stddev, expected.normal_stddev)
+
+
 def test_without_a_window_the_shuffled_stream_ends_elsewhere():
     samples = ordered()
     first, second = pipeline(), pipeline(0.0)
