@@ -19,11 +19,19 @@ WEIGHED_SETTINGS = (
 )  # fmt: skip
 
 
-# Kinds of accuracies, which are stated and never learnt: `estimator.accuracy_record`.
-ACCURACIES = (
-    "gain", "crosstalk", "sensor_place", "sensor_axes", "payload", "orientation", "diameter",
-    "low_pass",
-)  # fmt: skip
+# By which parameters each kind of accuracy is stated; it is never learnt. Their order is that of
+# `estimator.accuracy_record`.
+ACCURACY_PARAMETERS = {
+    "gain": ("accuracy.gain",),
+    "crosstalk": ("accuracy.crosstalk",),
+    "sensor_place": ("accuracy.sensor_xyz",),
+    "sensor_axes": ("accuracy.sensor_rpy",),
+    "payload": ("accuracy.payload_mass", "accuracy.payload_com"),
+    "orientation": ("accuracy.orientation",),
+    "diameter": ("accuracy.diameter",),
+    "low_pass": ("wrench.low_pass",),
+}
+ACCURACIES = tuple(ACCURACY_PARAMETERS)
 
 
 class Answer(NamedTuple):

@@ -7,7 +7,7 @@ from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points,
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.monitor.output_row import MONITOR, NOTHING, ROW
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import Rows
 
@@ -15,7 +15,7 @@ SCENE = Scene()
 ALARMS = ("jamming", "contact_loss", "overload")
 
 
-def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outputs:
+def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> OutputView:
     """Return one estimate; its contact points, rotation and normals fit together."""
     geometry = contact_geometry(SCENE, gamma)
     turn = Rotation.from_euler("z", psi).as_matrix()
@@ -51,10 +51,12 @@ def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outpu
         "transition": False,
         "alarms": dict.fromkeys(ALARMS, 0),
     }
-    return changed(Outputs(t_ns, NOTHING[0]), **made | more)
+    return changed(OutputView(t_ns, NOTHING[0]), **made | more)
 
 
-def changed(outputs: Outputs, alarms=None, monitor=None, contact_mode=None, **fields) -> Outputs:
+def changed(
+    outputs: OutputView, alarms=None, monitor=None, contact_mode=None, **fields
+) -> OutputView:
     """
     Return outputs with other values.
 
@@ -74,10 +76,10 @@ def changed(outputs: Outputs, alarms=None, monitor=None, contact_mode=None, **fi
             values = [left.pop(name, np.nan) for name in output.names or (field,)]
             row[field] = values if output.names else values[0]
         assert not left
-    return Outputs(outputs.t_ns, row)
+    return OutputView(outputs.t_ns, row)
 
 
-def columns(stream, *outputs: Outputs) -> OutputColumns:
+def columns(stream, *outputs: OutputView) -> OutputColumns:
     """Return what outputs of stamps that rise make a stream say."""
     values = np.empty(len(outputs), ROW)
     for i, each in enumerate(outputs):
@@ -86,7 +88,7 @@ def columns(stream, *outputs: Outputs) -> OutputColumns:
     return OutputColumns(rows, stream.beside(rows))
 
 
-def messages(stream, outputs: Outputs):
+def messages(stream, outputs: OutputView):
     """Return all messages that outputs make a stream say."""
     return columns(stream, outputs).messages(0)
 

@@ -1,6 +1,7 @@
 """Mode, flag, alarms and levels by themselves, over the compiled functions that a judge calls."""
 
 from collections import namedtuple
+from math import nan
 
 import numpy as np
 
@@ -99,7 +100,7 @@ class Alarms(Declared):
             self.memory.alarms, states.Mode(MODES.index(mode)), self.settings, t,
             dangers_of(risk), record_of(evidence.Shown, shown), np.array(normal),
         )  # fmt: skip
-        return alarms_of(self.memory.alarms.published)
+        return alarms_of(self.memory.alarms.published, nan, nan)
 
 
 class Level(Declared):

@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimator import state
 from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
-from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
+from peg_on_hole_ros.estimator.tuned import SCENE_AT_MEAN_BOUNDS
 from peg_on_hole_ros.mechanics.geometry import (
     ClosedForms,
     contact_geometry,
@@ -108,10 +108,10 @@ def open_scene(cell: Cell, x: np.ndarray, load: float) -> OpenScene:
     """Return the scene at a mean: diameter, frictions and gravity as they are taken to be."""
     scene = cell.scene
     clearance = scene.hole_diameter - scene.peg_diameter
-    most_log = OPEN_SCENE_BOUNDS.most_log_clearance
+    most_log = SCENE_AT_MEAN_BOUNDS.most_log_clearance
     clearance *= np.exp(_within(cell.value(x, "clearance")[0], -most_log, most_log))
     taken = cell.value(x, "compliance")[0] * load
-    clearance = _within(clearance - taken, OPEN_SCENE_BOUNDS.least_clearance, np.inf)
+    clearance = _within(clearance - taken, SCENE_AT_MEAN_BOUNDS.least_clearance, np.inf)
     gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
     frictions = x[FRICTION] + np.array([[1.0], [0.0], [0.0]]) * cell.value(x, "friction_k")
     return OpenScene(
@@ -135,7 +135,7 @@ def _gravity(cell, x):
 
 def _tilts(scene):
     """Return the least and the greatest tilt at which the equations are taken."""
-    bounds = OPEN_SCENE_BOUNDS
+    bounds = SCENE_AT_MEAN_BOUNDS
     return np.real(scene.gamma0) + bounds.nearest_tilt, bounds.steepest_tilt
 
 

@@ -63,7 +63,7 @@ def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     return [
         (engine, "push", ENGINE),
-        (pipeline, "Outputs", OUTPUTS),
+        (pipeline, "OutputView", OUTPUTS),
         (line, "orientation", INPUT),
     ]
 

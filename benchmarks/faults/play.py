@@ -9,7 +9,7 @@ from benchmarks.faults.injector import Recording
 from benchmarks.faults.scenes import Scene
 from peg_on_hole_ros.messages.decode import Malformed, checked_joints, checked_wrench
 from peg_on_hole_ros.messages.stream import message_stream
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 
@@ -68,7 +68,7 @@ class Said(NamedTuple):
 
 
 def play(
-    scene: Scene, recording: Recording, take: Callable[[Outputs], object] = lambda outputs: None
+    scene: Scene, recording: Recording, take: Callable[[OutputView], object] = lambda outputs: None
 ) -> Said:
     """
     Return what is said of a recording under the configuration of a scene.

@@ -32,8 +32,8 @@ from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import play
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.config.options import Accuracy
-from peg_on_hole_ros.measurements.wrench_reduction import tilt_axes
-from peg_on_hole_ros.records import JointSample
+from peg_on_hole_ros.measurements.rotations import tilt_axes
+from peg_on_hole_ros.records import ACCURACY_PARAMETERS, JointSample
 from peg_on_hole_ros.sim.measure import START_NS, measure, measured_angles, sensor_wrench
 
 FIRST_SEED = 910_000
@@ -53,13 +53,9 @@ SCENES, OF_KIND, QUICK = 60, 10, 10
 COVERED, SHARP = 0.9, 2.5
 # Parameters of each kind that is drawn; a low-pass is no error of a data sheet.
 FIELDS = {
-    "gain": ("gain",),
-    "crosstalk": ("crosstalk",),
-    "sensor_place": ("sensor_xyz",),
-    "sensor_axes": ("sensor_rpy",),
-    "payload": ("payload_mass", "payload_com"),
-    "orientation": ("orientation",),
-    "diameter": ("diameter",),
+    kind: tuple(name.removeprefix("accuracy.") for name in names)
+    for kind, names in ACCURACY_PARAMETERS.items()
+    if kind != "low_pass"
 }
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from peg_on_hole_ros.measurements.wrench_reduction import tilt_axes
+from peg_on_hole_ros.measurements.rotations import tilt_axes
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measured_angles
 

@@ -26,7 +26,7 @@ from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import FRICTION
-from peg_on_hole_ros.measurements.wrench_reduction import tilt_axes
+from peg_on_hole_ros.measurements.rotations import tilt_axes
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 
 # None that a setting of the filter was chosen on.

@@ -20,7 +20,7 @@ from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.stream import orientation_of
-from peg_on_hole_ros.replay.advice import Seen, apart, remedy, shifted
+from peg_on_hole_ros.replay.advice import InputOddities, apart, remedy, shifted
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
 from peg_on_hole_ros.replay.topic_findings import two_robots
@@ -138,7 +138,7 @@ def inspect(
             if info and info.count and info.types == [ros_type]:
                 types[topic] = ros_type
     heard = WouldUse(configuration, orientation, {t: sources[t] for t in sources if t in types})
-    seen = Seen(configuration.joints, heard.stream.pipeline.failures)
+    seen = InputOddities(configuration.joints, heard.stream.pipeline.failures)
     with ProgressBar("decoding") as progress:
         total, count = sum(bag.topics[topic].count for topic in types), 0
         for batch in bag.batches(types):

@@ -15,8 +15,8 @@ from peg_on_hole_ros.identification.observability import (
 )
 from peg_on_hole_ros.identification.quantities import CALIBRATED_QUANTITIES
 from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.replay.late_messages import in_order
 from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
-from peg_on_hole_ros.replay.stamps import in_order
 
 UNITS = {quantity.name: quantity.unit for quantity in CALIBRATED_QUANTITIES}
 _HANG = "let it hang free for a second before it touches"

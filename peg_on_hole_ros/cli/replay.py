@@ -28,7 +28,7 @@ from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.suspected.unobservable import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX
-from peg_on_hole_ros.messages.cycles import json_line
+from peg_on_hole_ros.messages.tries import json_line
 from peg_on_hole_ros.monitor.pose_only import LINE as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.advice import other_units
@@ -130,7 +130,7 @@ def replay(
     page = _Page(configuration) if report_path else None
     truth = truth_in(bag)
     summary = Summary()
-    score, cycles = Score(truth) if truth else None, _Tries()
+    score, cycles = Score(truth) if truth else None, _ToldTries()
     sinks: list[Any] = [sink for sink in (summary, score, page, cycles) if sink is not None]
     latched = [PREFIX + suffix for suffix in LATCHED]
     # No stack of contexts: a signal that comes while it is built would leave a half file.
@@ -221,7 +221,7 @@ def _alarm_rows(alarms):
     ]
 
 
-class _Tries:
+class _ToldTries:
     def __init__(self):
         self.records = []
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_COSTS
-from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import quarter_turns, rotation_from_rpy, rpy_of
 from peg_on_hole_ros.typed_record import Matrix3, Record, new
 
 _KN, _N_MM, _KN_M = (1e3, "kN"), (1e-3, "N mm"), (1e3, "kN m")

@@ -1,7 +1,7 @@
 """A motion that the robot's program has announced, and that therefore is no alarm."""
 
 from peg_on_hole_ros.engine.tuned import ANNOUNCED_MOTION
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 
 # What can be announced, and the mode in which it has come about.
 MODES = {"lift_off": "open", "insertion": "two_point"}
@@ -28,7 +28,7 @@ class AnnouncedMotion:
         self.what = what if what in MODES else ""
         self._since_ns = None
 
-    def judged(self, outputs: Outputs) -> Outputs:
+    def judged(self, outputs: OutputView) -> OutputView:
         """Return outputs in which what is expected is no alarm; notice whether it has come."""
         if not self.what:
             return outputs
@@ -42,7 +42,7 @@ class AnnouncedMotion:
         over = self._since_ns is not None and outputs.t_ns - self._since_ns >= behind_ns
         if over and not raised:
             self.announce(NOTHING)
-        return Outputs(outputs.t_ns, outputs.row, alarms)
+        return OutputView(outputs.t_ns, outputs.row, alarms)
 
     def _without(self, alarm):
         if alarm.name != "contact_loss" or not alarm.level:

@@ -9,7 +9,6 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment
 from peg_on_hole_ros.engine import arrival_order, ring
 from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
-from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import (
     BatchProgress,
@@ -20,10 +19,11 @@ from peg_on_hole_ros.engine.push import (
     push,
     room_for,
 )
+from peg_on_hole_ros.engine.settings_check import SettingsCheck
 from peg_on_hole_ros.engine.snapshots import in_use
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
@@ -52,13 +52,13 @@ class Engine:
     counts : Counter
         Counted up: what looks at the settings, and requests.
     offline : bool
-        See `Findings`.
+        See `SettingsCheck`.
 
     Attributes
     ----------
     processor : Processor
-    findings : Findings
-    latest : Outputs or None
+    settings_check : SettingsCheck
+    latest : OutputView or None
         Of the last wrench, where that gave some.
 
     """
@@ -72,11 +72,13 @@ class Engine:
     ) -> None:
         self.configuration, self._make, self._counts = configuration, make, counts
         self.processor = Processor(configuration, make)
-        self.findings = Findings(configuration, self.processor.reduction, counts, offline)
+        self.settings_check = SettingsCheck(
+            configuration, self.processor.reduction, counts, offline
+        )
         self._order = arrival_order.new_order(configuration)
         self._ring = ring.new_ring(self.processor.filter.state)
         self._batch = np.zeros(1, dtype_of(BatchProgress))
-        self.latest: Outputs | None = None
+        self.latest: OutputView | None = None
         self._flag = False
 
     @property
@@ -168,7 +170,7 @@ class Engine:
         seen, stop = (0, 0), Stop.LOOK
         while stop not in _ENDS:
             batch["by_hand"] = not self.processor.in_one_piece
-            batch["due_ns"], batch["due_until_ns"] = self.findings.due
+            batch["due_ns"], batch["due_until_ns"] = self.settings_check.due
             stop = Stop(push(self._memory, self._batch, arrivals, given))
             if stop not in _BY_HAND:
                 seen = self._note(arrivals, given, *seen)
@@ -181,7 +183,7 @@ class Engine:
         now = int(self._batch[0]["taken"]), int(self._batch[0]["rows"])
         if now[0] > taken:
             t_ns, which = given.taken_ns[taken : now[0]], given.taken[taken : now[0]]
-            self.findings.pass_by(t_ns, arrivals.wrenches[which])
+            self.settings_check.pass_by(t_ns, arrivals.wrenches[which])
         if now[1] > rows:
             some = slice(rows, now[1])
             self._note_rows(Rows(given.t_ns[some], given.rows[some]))
@@ -194,15 +196,15 @@ class Engine:
         # Of an upright peg the estimate may be below zero by its noise; a tilt is not.
         tilt = rows.values["state"][:, 0]
         np.maximum(tilt, 0.0, out=tilt)
-        if self.findings.unsure:
+        if self.settings_check.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
-        self.findings.count(len(rows.t_ns))
-        costs = self.findings.costs
+        self.settings_check.count(len(rows.t_ns))
+        costs = self.settings_check.costs
         if costs is not None:
             rests = rows.values["contact_mode"] == Mode.THREE_POINT
             rows.values["doubt"] = np.where(rests[:, None], costs, np.nan)
-        self.latest = Outputs(int(rows.t_ns[-1]), rows.values[-1])
+        self.latest = OutputView(int(rows.t_ns[-1]), rows.values[-1])
         self._flag = self.latest.transition
 
     def _do(self, stop: Stop, arrivals: Arrivals, given: Filled) -> None:
@@ -243,18 +245,18 @@ class Engine:
         still = self.processor.wrench_stands_still
         if latest is not None and latest.row["contact_mode"] == Mode.THREE_POINT:
             known = latest.row["reactions_determined"] == 1.0
-            self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
+            self.settings_check.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
-            self.findings.lift()
+            self.settings_check.lift()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
-        if not self.findings.take(Moment(sample, measured, still, in_air)):
+        if not self.settings_check.take(Moment(sample, measured, still, in_air)):
             return False
         self._use_found()
         return True
 
     def _use_found(self):
         """Begin anew from the newest orientation, by other settings of the wrench."""
-        self.configuration = self.findings.as_found(self.configuration)
+        self.configuration = self.settings_check.as_found(self.configuration)
         self._counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
         self._ring = ring.with_room(self._ring, self.processor.filter.state)
@@ -264,11 +266,11 @@ class Engine:
             # It was used before.
             self._counts["joints_used"] -= 1
         reduction = self.processor.reduction
-        self.findings.look(self.configuration, reduction, reduction.taken_off)
+        self.settings_check.look(self.configuration, reduction, reduction.taken_off)
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Use another pose of the sensor, before the first wrench [m], [rad]."""
-        self.findings.mount(xyz, rpy)
+        self.settings_check.mount(xyz, rpy)
         self._use_found()
         ring.empty(self._ring, int(self._ring.places[0]["kept_from_ns"]))
 
@@ -283,7 +285,7 @@ class Engine:
         ring.restart(self._ring)
         arrival_order.restart(self._order[0])
         self.latest = None
-        self.findings.restart()
+        self.settings_check.restart()
 
     def reset(self) -> None:
         """Restart, and forget what was learnt; no stamp is published twice."""
@@ -297,19 +299,19 @@ class Engine:
         # Wrenches before a tare cannot be processed again after it.
         self._forget_past()
         taken = self.processor.tare(samples)
-        self.findings.forget_zero()
-        self.findings.look(self.configuration, self.processor.reduction, taken)
+        self.settings_check.forget_zero()
+        self.settings_check.look(self.configuration, self.processor.reduction, taken)
         return taken
 
     def retune(self, configuration: Configuration) -> None:
         """Use other settings from here on, of those that may change while a node is active."""
         self._forget_past()
-        restated = self.findings.restate(configuration.wrench)
-        self.configuration = self.findings.as_found(configuration)
+        restated = self.settings_check.restate(configuration.wrench)
+        self.configuration = self.settings_check.as_found(configuration)
         self.processor.retune(self.configuration)
         if restated:
             reduction = self.processor.reduction
-            self.findings.look(self.configuration, reduction, reduction.taken_off)
+            self.settings_check.look(self.configuration, reduction, reduction.taken_off)
 
     def use_robot_description(self, configuration: Configuration) -> None:
         """Use what the robot's description makes known, before the first message is used."""

@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.mechanics.linear_algebra import FORCE, TORQUE
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import MODES, Mode
 from peg_on_hole_ros.records import WrenchSample
 
@@ -18,7 +18,7 @@ TOUCHING = tuple(mode for mode in MODES if mode not in (FREE, Mode.UNKNOWN.name.
 
 
 def why_not_free(
-    outputs: Outputs | None,
+    outputs: OutputView | None,
     samples: Sequence[WrenchSample],
     processor: Processor,
     unsure: bool,
@@ -32,7 +32,7 @@ def why_not_free(
 
     Parameters
     ----------
-    outputs : Outputs or None
+    outputs : OutputView or None
         The last; None: there is none.
     samples : sequence of WrenchSample
         The latest, from `TARE.least_ns` on.
@@ -140,7 +140,7 @@ def _without_payload(off, processor):
     return np.hstack([off[:, :3] + mass[:, None] * gravity, np.zeros((len(off), 3))])
 
 
-def why_turning(outputs: Outputs, configuration: Configuration) -> str:
+def why_turning(outputs: OutputView, configuration: Configuration) -> str:
     """Return what shows that the peg turns, or nothing."""
     speed, stddev = turning_speed(outputs)
     if speed - TARE.significance * stddev > configuration.monitor.rest_rate:
@@ -148,7 +148,7 @@ def why_turning(outputs: Outputs, configuration: Configuration) -> str:
     return ""
 
 
-def turning_speed(outputs: Outputs) -> tuple[float, float]:
+def turning_speed(outputs: OutputView) -> tuple[float, float]:
     """Return how fast the peg turns about any axis, and the standard deviation of that [rad/s]."""
     rates, metric = outputs.state[3:], _metric(outputs)
     slope = metric @ rates
@@ -159,7 +159,7 @@ def turning_speed(outputs: Outputs) -> tuple[float, float]:
     return speed, sqrt(max(variance, 0.0))
 
 
-def rates_stddev(outputs: Outputs) -> float:
+def rates_stddev(outputs: OutputView) -> float:
     """Return how well it is known how fast the peg turns, root mean square [rad/s]."""
     return sqrt(max(float(np.trace(_metric(outputs) @ outputs.state_covariance[3:, 3:])), 0.0))
 
@@ -191,7 +191,7 @@ class FreeFor:
         """Whether a tare of a free peg is asked for."""
         return self._configuration.wrench.tare_automatically
 
-    def long(self, outputs: Outputs | None) -> bool:
+    def long(self, outputs: OutputView | None) -> bool:
         """Process the outputs of a wrench; return whether the peg now is free for long enough."""
         if not self.asked:
             return False

@@ -17,7 +17,7 @@ from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
 from peg_on_hole_ros.measurements.wrench_reduction import wrench_fault
 from peg_on_hole_ros.monitor.output_row import ROW
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.records import (
     Answer,
     Arrivals,
@@ -47,7 +47,7 @@ class Pipeline:
         From scene, filter options, the wrench's covariance and what is not known of bias and tilt
         to the filter, as `make_filter`.
     offline : bool
-        Whether there is time to look for a delay, see `Findings`: the estimate is the same.
+        Whether there is time to look for a delay, see `SettingsCheck`: the estimate is the same.
 
     Attributes
     ----------
@@ -102,17 +102,17 @@ class Pipeline:
     @property
     def causes(self) -> list[str]:
         """Settings that the data contradict, likeliest first, then what is wrong with values."""
-        return [*self._engine.findings.causes, *self.processor.causes]
+        return [*self._engine.settings_check.causes, *self.processor.causes]
 
     @property
     def failures(self) -> Failures:
         """The side looks that failed in this run, with their errors."""
-        return self._engine.findings.failures
+        return self._engine.settings_check.failures
 
     @property
     def void_reactions(self) -> bool:
         """Whether reactions rest on what the data have contradicted, with nothing in its place."""
-        return self._engine.findings.void_reactions
+        return self._engine.settings_check.void_reactions
 
     @property
     def filter(self) -> ContactFilter:
@@ -170,14 +170,14 @@ class Pipeline:
         self.orientation = orientation or PegJoints(configuration.joints)
         self._arrival_counts["settings_changed"] += 1
 
-    def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
+    def on_sample(self, sample: WrenchSample | JointSample) -> OutputView | None:
         """Process a sample of either kind, see `on_wrench` and `on_joints`."""
         if isinstance(sample, WrenchSample):
             return self.on_wrench(sample)
         self.on_joints(sample)
         return None
 
-    def play(self, samples: Iterable[WrenchSample | JointSample]) -> Iterator[Outputs]:
+    def play(self, samples: Iterable[WrenchSample | JointSample]) -> Iterator[OutputView]:
         """Yield what samples give, taken in the order in which they come."""
         for sample in samples:
             outputs = self.on_sample(sample)
@@ -196,14 +196,14 @@ class Pipeline:
         while not self.push(one)[0]:
             pass
 
-    def on_wrench(self, sample: WrenchSample) -> Outputs | None:
+    def on_wrench(self, sample: WrenchSample) -> OutputView | None:
         """Process a wrench; return the outputs at its stamp, None if it gives none (counted)."""
         rows = self.take_wrench(sample)
         if not len(rows.t_ns):
             return None
-        return self.judged(Outputs(sample.t_ns, rows.values[0]))
+        return self.judged(OutputView(sample.t_ns, rows.values[0]))
 
-    def judged(self, outputs: Outputs) -> Outputs:
+    def judged(self, outputs: OutputView) -> OutputView:
         """Return outputs in which an announced motion is no alarm."""
         return self._requests.judged(outputs)
 

@@ -139,7 +139,7 @@ class Processor:
         """Start from an orientation."""
         self.engine.progress.t_ns = measurement.t_ns
         self.filter.start(measurement.q, measurement.covariance)
-        steps.note_start(self.engine)
+        steps.record_start(self.engine)
 
     @property
     def oriented(self) -> bool:
@@ -256,7 +256,7 @@ class Processor:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
             self.filter.weigh(e.u.copy(), ContactSet(contacts))
             self.filter.mark(unit.t_ns)
-            steps.judge(e, rules, unit.t_ns, contacts, row)
+            steps.fill_row(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:
             self.correct(stamp, orientation, 0.0)
         return admit_wrench
@@ -276,7 +276,7 @@ class Processor:
         kind = steps.classify_orientation(e, rules, stamp, orientation, lateness)
         if kind == steps.BEGINS:
             self.filter.start(e.q.copy(), e.R.copy())
-            steps.note_start(e)
+            steps.record_start(e)
         elif kind == steps.NEWS:
             result, nis = self.filter.correct(e.q.copy(), e.R.copy())
-            steps.note(e, rules, orientation, CORRECTIONS.index(result), nis)
+            steps.record_orientation(e, rules, orientation, CORRECTIONS.index(result), nis)

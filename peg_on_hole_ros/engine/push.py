@@ -284,7 +284,7 @@ def _push_orientation(memory, p, arrivals):
         ring.note_measured(r, t_ns, row)
         if p.by_hand:
             return Stop.START
-        steps.start(e, rules, t_ns, row)
+        steps.start_motion(e, rules, t_ns, row)
     elif fate == Fate.WAITS or fate == Fate.WAITS_BEFORE:
         ring.put_waiting(kept, r, t_ns, row)
     elif fate == Fate.JOINTS_LATE:
@@ -345,7 +345,7 @@ def _take_wrench(e, rules, kept, r, unit, row):
     if admit_wrench:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
         filter_steps.weigh(e.filter, e.u, contacts.value)
-        steps.judge(e, rules, t_ns, contacts, row)
+        steps.fill_row(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
     return admit_wrench

@@ -9,7 +9,7 @@ from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, why_not_free
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.engine.tuned import TARE
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.records import Answer, WrenchSample
 
 _ALL_THE_SAME = (
@@ -48,14 +48,14 @@ class Requests:
         """Whether a motion was announced and has not come about."""
         return bool(self._expected.what)
 
-    def judged(self, outputs: Outputs) -> Outputs:
+    def judged(self, outputs: OutputView) -> OutputView:
         """Return outputs in which what is expected is no alarm."""
         return self._expected.judged(outputs)
 
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
         free = self._free.asked and self._free.long(self._engine.latest)
-        if free and not self._engine.findings.unsure:
+        if free and not self._engine.settings_check.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
     def reset(self) -> Answer:
@@ -136,7 +136,7 @@ class Requests:
     def _held(self, samples, payload_unknown=False):
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
-        unsure = engine.findings.unsure
+        unsure = engine.settings_check.unsure
         return why_not_free(
             self._engine.latest, samples, engine.processor, unsure, payload_unknown
         )

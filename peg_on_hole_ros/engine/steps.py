@@ -1,4 +1,4 @@
-"""What one orientation or wrench does, step by step: predict, correct, weigh, judge; compiled."""
+"""What one orientation or wrench does, step by step: predict, correct, weigh, fill the row."""
 
 from math import inf, isfinite, nan, pi, sqrt
 
@@ -52,7 +52,7 @@ def restart(e: EngineState, rules: Rules) -> None:
 
 
 @compiled
-def start(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
+def start_motion(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
     """Start from an orientation, a row of ORIENTATION, of a stamp [ns]."""
     e.progress.t_ns = t_ns
     for i in range(3):
@@ -60,11 +60,11 @@ def start(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> N
         for j in range(3):
             e.R[i, j] = orientation[3 + 3 * i + j]
     filter_steps.start(e.filter, rules.gates, e.q, e.R)
-    note_start(e)
+    record_start(e)
 
 
 @compiled
-def note_start(e: EngineState) -> None:
+def record_start(e: EngineState) -> None:
     """Record a start by an orientation of the present stamp."""
     d = e.progress
     d.oriented_ns, d.lost = d.t_ns, False
@@ -137,11 +137,11 @@ def correct(
     kind = classify_orientation(e, rules, stamp, orientation, lateness)
     if kind == BEGINS:
         filter_steps.start(e.filter, rules.gates, e.q, e.R)
-        note_start(e)
+        record_start(e)
     elif kind == NEWS:
         since = (e.progress.t_ns - e.progress.oriented_ns) * 1e-9
         result, nis = filter_steps.correct(e.filter, rules.gates, e.q, e.R)
-        note(e, rules, orientation, result, nis)
+        record_orientation(e, rules, orientation, result, nis)
         placed = orientation[PLACE.start] == orientation[PLACE.start]
         if result == USED and placed and lateness == 0.0:
             depth, variance = -orientation[PLACE.start + 2], orientation[PLACE_R.stop - 1]
@@ -176,7 +176,9 @@ def classify_orientation(
 
 
 @compiled
-def note(e: EngineState, rules: Rules, orientation: np.ndarray, result: int, nis: float) -> None:
+def record_orientation(
+    e: EngineState, rules: Rules, orientation: np.ndarray, result: int, nis: float
+) -> None:
     """Record what became of an orientation, see `filter_steps.gate_orientation`."""
     d, s, memory = e.progress, e.filter[0].state, e.memory
     if s.noise_ratio > WRENCH_NOISE_TEST.noisy:
@@ -280,7 +282,7 @@ def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> Conta
 
 
 @compiled
-def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Row) -> None:
+def fill_row(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Row) -> None:
     """Fill in what is published after a wrench that was weighed with some contacts."""
     d, memory = e.progress, e.memory
     e.counts.wrench_spike += e.filter[0].state.misfits == 1
@@ -293,7 +295,7 @@ def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Ro
         undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
         e.counts.contact_may_be_plate += undecided
     else:
-        pose_only.look(estimate, memory, rules.monitor, t_ns, blind, row)
+        pose_only.assess_pose_only(estimate, memory, rules.monitor, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
     # wrong makes the mode doubtful as well, and is not to hide behind that.
     if contacts != ContactSet.THREE or row.reactions_determined > 0.0:

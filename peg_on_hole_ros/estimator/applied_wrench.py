@@ -3,11 +3,11 @@
 from math import cos, sin
 
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
-from peg_on_hole_ros.estimator.open_scene import tilted_gravity
+from peg_on_hole_ros.estimator.scene_at_mean import tilted_gravity
 from peg_on_hole_ros.estimator.scratch import Scratch
-from peg_on_hole_ros.estimator.state import Places
+from peg_on_hole_ros.estimator.state import StatePlaces
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, Wrench, compiled
-from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
+from peg_on_hole_ros.mechanics.linear_algebra import TORQUE, hez_rotation
 from peg_on_hole_ros.typed_record import Floats
 
 # Force and moment about the mass centre in (h, e, z): F_h, F_e, F_z, M_h, M_e, M_z [N], [N m].
@@ -72,7 +72,7 @@ def applied_wrench(
 @compiled
 def six_of(values: Floats) -> Column:
     """Return six values as a tuple."""
-    return values[0], values[1], values[2], values[3], values[4], values[5]
+    return values[0], values[1], values[2], values[TORQUE], values[TORQUE + 1], values[TORQUE + 2]
 
 
 @compiled
@@ -96,7 +96,7 @@ def put_column(columns: Floats, j: int, column: Column) -> None:
 
 
 @compiled
-def subtract_applied_jacobian(scratch: Scratch, places: Places, bias_map: Floats) -> None:
+def subtract_applied_jacobian(scratch: Scratch, places: StatePlaces, bias_map: Floats) -> None:
     """Subtract the Jacobian of an applied wrench, on the right side, from the residual's."""
     columns, E = scratch.applied_jacobian, scratch.jacobian
     for i in range(6):

@@ -6,7 +6,7 @@ from peg_on_hole_ros.estimator.contact_sets.registry import is_in_hole
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.estimator.mixture import reweigh
-from peg_on_hole_ros.estimator.open_scene import fill_clearance_jacobian, scene_at
+from peg_on_hole_ros.estimator.scene_at_mean import fill_clearance_jacobian, scene_at
 from peg_on_hole_ros.estimator.update import update
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
 

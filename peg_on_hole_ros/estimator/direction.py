@@ -4,7 +4,7 @@ from math import sqrt
 
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_normal, rim_slip
 from peg_on_hole_ros.estimator.scratch import Scratch
-from peg_on_hole_ros.estimator.state import FRICTION, RATE, Places
+from peg_on_hole_ros.estimator.state import FRICTION, RATE, StatePlaces
 from peg_on_hole_ros.estimator.tuned import SLIP_FLOOR
 from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
@@ -168,7 +168,7 @@ def along_slip(row: tuple[float, float, float], x: Floats) -> float:
 
 
 @compiled
-def fill_product_covariance(P: Floats, places: Places, product: Floats) -> None:
+def fill_product_covariance(P: Floats, places: StatePlaces, product: Floats) -> None:
     """
     Fill in the covariance of the products of the errors of friction and each reaction [N^2].
 
@@ -180,7 +180,7 @@ def fill_product_covariance(P: Floats, places: Places, product: Floats) -> None:
     ----------
     P : ndarray
         Covariance of a component after a wrench.
-    places : Places
+    places : StatePlaces
     product : ndarray, shape (3, 3)
         Filled.
 

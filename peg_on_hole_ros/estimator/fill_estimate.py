@@ -8,8 +8,8 @@ from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.estimate import Motion, SceneRecord, Slip
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.hole_geometry import two_point_slip, two_point_tilt
-from peg_on_hole_ros.estimator.open_scene import scene_at, within_closed_forms
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_slip
+from peg_on_hole_ros.estimator.scene_at_mean import scene_at, within_closed_forms
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,

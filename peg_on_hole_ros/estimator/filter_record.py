@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimator.accuracy_record import SOURCES, Accuracies
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.settings import Settings
-from peg_on_hole_ros.estimator.state import MOST_OPEN, Places, State, Values
+from peg_on_hole_ros.estimator.state import MOST_OPEN, State, StatePlaces, Values
 from peg_on_hole_ros.mechanics.kernel import SceneScalars
 from peg_on_hole_ros.typed_record import Floats, Matrix6, Record, Vector6
 
@@ -32,7 +32,7 @@ class FilterRecord(Record):
     settings : Settings
     scene : ndarray
         As stated, see `scene_of`.
-    places : Places
+    places : StatePlaces
         Of the open quantities.
     walk : ndarray, shape (n,)
         Variance that each value gains in a second, beside that of the motion.
@@ -73,7 +73,7 @@ class FilterRecord(Record):
     scratch: Scratch
     settings: Settings
     scene: Annotated[Floats, (len(SceneScalars._fields),)]
-    places: Places
+    places: StatePlaces
     walk: Values
     bias_walk_in_air: Vector6
     estimated: Values

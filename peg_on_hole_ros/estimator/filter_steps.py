@@ -5,7 +5,6 @@ from math import isfinite, sqrt
 from peg_on_hole_ros.estimator import bias_in_air, depth_update, mixture
 from peg_on_hole_ros.estimator.fill_estimate import fill_estimate
 from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
-from peg_on_hole_ros.estimator.open_scene import tilted_gravity
 from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
     departs_further,
@@ -14,6 +13,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
     pass_time,
     update_from_orientation,
 )
+from peg_on_hole_ros.estimator.scene_at_mean import tilted_gravity
 from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.estimator.start import forget_air, start_mixture
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
@@ -135,7 +135,8 @@ def weigh(memory: FilterMemory, u: Floats, contact_set: int) -> None:
         bias_in_air.update_bias_in_air(kalman)
     else:
         forget_air(kalman.state)
-    friction_before = steady_friction_variance(kalman)
+    stated = kalman.accuracies.stated != 0
+    friction_before = steady_friction_variance(kalman) if stated else 0.0
     update_from_wrench(kalman, contact_set)
     follow_accuracies(kalman, friction_before)
     inflate_tilt_variance(kalman)

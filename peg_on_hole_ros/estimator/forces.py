@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimator.hole_geometry import (
     two_point_slip,
     two_point_tilt,
 )
-from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
+from peg_on_hole_ros.estimator.tuned import SCENE_AT_MEAN_BOUNDS
 from peg_on_hole_ros.mechanics.kernel import (
     W_AT,
     SceneScalars,
@@ -24,7 +24,7 @@ from peg_on_hole_ros.outputs import Row
 @compiled
 def tilt_on_contacts(p: SceneScalars, gamma: float) -> float:
     """Return the tilt, kept where the closed forms of the geometry exist [rad]."""
-    return min(max(gamma, p.gamma0 * (1.0 + 1e-9)), OPEN_SCENE_BOUNDS.steepest_tilt)
+    return min(max(gamma, p.gamma0 * (1.0 + 1e-9)), SCENE_AT_MEAN_BOUNDS.steepest_tilt)
 
 
 @compiled

@@ -4,13 +4,13 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.state import RATE, Places
+from peg_on_hole_ros.estimator.state import RATE, StatePlaces
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats
 
 
 @compiled
-def fill_orientation_jacobian(x: Floats, places: Places, w: int, E: Floats) -> None:
+def fill_orientation_jacobian(x: Floats, places: StatePlaces, w: int, E: Floats) -> None:
     """
     Fill in the Jacobian of an orientation's residual (3, w), the derivatives by the values.
 
@@ -35,7 +35,7 @@ def fill_orientation_jacobian(x: Floats, places: Places, w: int, E: Floats) -> N
 
 @compiled
 def fill_orientation_residual(
-    x: Floats, places: Places, q: Floats, E: Floats, residual: Floats
+    x: Floats, places: StatePlaces, q: Floats, E: Floats, residual: Floats
 ) -> None:
     """Fill in an orientation less what is expected of it; psi and phi may be off by turns."""
     seen = (q[0], q[1], q[2])

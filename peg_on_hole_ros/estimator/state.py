@@ -27,7 +27,7 @@ Covariance = Annotated[Floats, (_W, _W)]
 OfComponents = Annotated[Floats, (_M,)]
 
 
-class Places(Record):
+class StatePlaces(Record):
     """
     Where the open quantities stand in the mean, each below zero where it is known.
 
@@ -59,9 +59,9 @@ class Places(Record):
     reactions: int
 
 
-def places_of(open_quantities: Collection[str]) -> Places:
+def places_of(open_quantities: Collection[str]) -> StatePlaces:
     """Return where each of QUANTITIES stands in the mean, of which some are open."""
-    places, n = new(Places), OPEN
+    places, n = new(StatePlaces), OPEN
     for name, width in QUANTITIES.items():
         setattr(places, name, n if name in open_quantities else -1)
         n += width if name in open_quantities else 0

@@ -33,7 +33,7 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.estimator.wrench_update import reaction_variance
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky
+from peg_on_hole_ros.mechanics.linear_algebra import TORQUE, factor_cholesky
 
 _KIND_OF = np.zeros(SOURCES, np.int64)
 for _first, _kind in (
@@ -288,7 +288,8 @@ def _fill_pose(stated: Accuracies, work: AccuracyScratch) -> None:
             j, m = (i + 1) % 3, (i + 2) % 3
             # A turn about an axis: e_i x v has v_j in place m, and -v_m in place j.
             turned = by[k, m] * load[j] - by[k, j] * load[m]
-            turned += by[k, 3 + m] * load[3 + j] - by[k, 3 + j] * load[3 + m]
+            turned += by[k, TORQUE + m] * load[TORQUE + j]
+            turned -= by[k, TORQUE + j] * load[TORQUE + m]
             work.effect[AXES + i, k] = turn * turned
 
 

@@ -103,7 +103,7 @@ class ProcessNoiseFloor(NamedTuple):
     least_sine_square: float = 1e-8
 
 
-class OpenSceneBounds(NamedTuple):
+class SceneAtMeanBounds(NamedTuple):
     """
     Bounds of tilt and clearance within which the equations are linearised.
 
@@ -147,7 +147,7 @@ PUSHING_REACTIONS = PushingReactions()
 SLIP_FLOOR = SlipFloor()
 MIXTURE_WEIGHTS = MixtureWeights()
 PROCESS_NOISE_FLOOR = ProcessNoiseFloor()
-OPEN_SCENE_BOUNDS = OpenSceneBounds()
+SCENE_AT_MEAN_BOUNDS = SceneAtMeanBounds()
 WRENCH_STEP = WrenchStep()
 
 
@@ -159,5 +159,5 @@ class EstimatorNumbers(NamedTuple):
     slip_floor: SlipFloor = SLIP_FLOOR
     mixture_weights: MixtureWeights = MIXTURE_WEIGHTS
     process_noise_floor: ProcessNoiseFloor = PROCESS_NOISE_FLOOR
-    open_scene_bounds: OpenSceneBounds = OPEN_SCENE_BOUNDS
+    scene_at_mean_bounds: SceneAtMeanBounds = SCENE_AT_MEAN_BOUNDS
     wrench_step: WrenchStep = WRENCH_STEP

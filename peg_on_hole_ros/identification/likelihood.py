@@ -27,7 +27,8 @@ from peg_on_hole_ros.identification.recording import (
     turned,
 )
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS
-from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, tilt_axes
+from peg_on_hole_ros.measurements.rotations import tilt_axes
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.typed_record import new

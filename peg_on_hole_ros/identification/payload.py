@@ -8,7 +8,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.recording import Recording, in_sensor_axes, motion
 from peg_on_hole_ros.identification.tuned import STILL_POSE_TEST
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.tuned import HAND_PRESS
-from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import quarter_turns, rotation_from_rpy, rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy, tilt_axes
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, tilt_axes
 
 
 class Quantity(NamedTuple):

@@ -14,9 +14,10 @@ from peg_on_hole_ros.measurements.angles import (
     fill_angle_errors,
     fill_covariance,
 )
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.measurements.screws import TipPoses
 from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_JOINTS
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy, turned_to_peg
+from peg_on_hole_ros.measurements.wrench_reduction import turned_to_peg
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
 

@@ -1,7 +1,8 @@
-"""Rotations as roll, pitch and yaw, and those that turn axes into axes."""
+"""Rotations from roll, pitch and yaw and back, axes into axes, and cross products as matrices."""
 
+from collections.abc import Sequence
 from itertools import permutations, product
-from math import atan2, hypot
+from math import atan2, cos, hypot, sin
 
 import numpy as np
 
@@ -16,6 +17,31 @@ def quarter_turns() -> list[np.ndarray]:
             if np.linalg.det(turn) > 0:
                 turns.append(turn)
     return sorted(turns, key=lambda turn: -np.trace(turn))
+
+
+def rotation_from_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), from roll, pitch, yaw [rad]."""
+    r, p, y = rpy
+    cr, sr, cp, sp, cy, sy = cos(r), sin(r), cos(p), sin(p), cos(y), sin(y)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def skew(r: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the matrix of r x, shape (3, 3)."""
+    return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]], float)
+
+
+def tilt_axes(tilt: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return R_SH, axes of a hole turned by a small (x, y) [rad] in its own axes at the start."""
+    angle = float(np.hypot(*tilt))
+    K = skew([*tilt, 0.0])
+    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
 def rpy_of(R: np.ndarray) -> tuple[float, float, float]:

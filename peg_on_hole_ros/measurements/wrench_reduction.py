@@ -1,16 +1,17 @@
 """From a wrench as received to the wrench on the peg."""
 
 from collections.abc import Sequence
-from math import copysign, cos, isfinite, pi, sin, sqrt
+from math import copysign, isfinite, pi, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.config.options import Accuracy, Configuration, WrenchInput
 from peg_on_hole_ros.estimator.accuracy_record import Accuracies
 from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, skew
 from peg_on_hole_ros.measurements.tuned import LOW_PASS_LAG, PLAUSIBLE_WRENCH
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
+from peg_on_hole_ros.mechanics.linear_algebra import TORQUE, in_peg_axes, peg_turns
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import WrenchSample
@@ -48,31 +49,6 @@ def sound_wrenches(values: np.ndarray) -> np.ndarray:
         return (f_x * f_x + f_y * f_y + f_z * f_z <= force * force) & (
             m_x * m_x + m_y * m_y + m_z * m_z <= torque * torque
         )
-
-
-def rotation_from_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), from roll, pitch, yaw [rad]."""
-    r, p, y = rpy
-    cr, sr, cp, sp, cy, sy = cos(r), sin(r), cos(p), sin(p), cos(y), sin(y)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def skew(r: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the matrix of r x, shape (3, 3)."""
-    return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]], float)
-
-
-def tilt_axes(tilt: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return R_SH, axes of a hole turned by a small (x, y) [rad] in its own axes at the start."""
-    angle = float(np.hypot(*tilt))
-    K = skew([*tilt, 0.0])
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
 def noise_of(options: WrenchInput) -> tuple[float, float]:
@@ -376,7 +352,7 @@ def add_weight_below(
     moment = _times(steps.arm, weight)
     for i in range(3):
         out[i] += weight[i]
-        out[3 + i] += moment[i]
+        out[TORQUE + i] += moment[i]
 
 
 @compiled

@@ -1,6 +1,6 @@
 """Small linear algebra for compiled code: Cholesky factor, whitened residual, rotations."""
 
-from math import cos, sin, sqrt
+from math import cos, log, sin, sqrt
 
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.typed_record import Floats
@@ -42,6 +42,20 @@ def whiten(factor: Floats, k: int, residual: Floats, white: Floats) -> float:
         white[a] = t / factor[a, a]
         square += white[a] * white[a]
     return square
+
+
+@compiled
+def surprise(S: Floats, k: int, residual: Floats, white: Floats) -> tuple[float, float]:
+    """
+    Return the terms of -2 log p(residual) but for a constant: its square, and log det S.
+
+    S is the covariance (k, k), which becomes its factor; the whitened residual is filled in.
+    """
+    factor_cholesky(S, k)
+    square, log_determinant = whiten(S, k, residual, white), 0.0
+    for i in range(k):
+        log_determinant += 2.0 * log(S[i, i])
+    return square, log_determinant
 
 
 @compiled

@@ -9,7 +9,7 @@ from peg_on_hole_ros.diagnosis.fence import Fenced
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.markers import marker_array
 from peg_on_hole_ros.messages.plain import HOLE_FRAME, floats, header
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import ANGLES, Alarm, Rows
 
@@ -100,7 +100,7 @@ class OutputStream:
         self._markers_period_ns = round(min(1e9 / rate, _LONGEST_NS)) if rate > 0 else None
 
     def beside(
-        self, rows: Rows, judged: Callable[[Outputs], Outputs] | None = None
+        self, rows: Rows, judged: Callable[[OutputView], OutputView] | None = None
     ) -> list[tuple[int, list[Message]]]:
         """
         Return what is published beside the estimates, by place of stamp.
@@ -123,7 +123,7 @@ class OutputStream:
             0 if changes[:1] == [0] or self._is_due(int(t_ns[0])) else self._next(0, t_ns, changes)
         )
         while place < len(t_ns):
-            outputs = Outputs(int(t_ns[place]), values[place])
+            outputs = OutputView(int(t_ns[place]), values[place])
             messages = self._beside(judged(outputs) if judged else outputs)
             if messages:
                 found.append((place, messages))
@@ -141,7 +141,7 @@ class OutputStream:
         dues = (max(int(np.searchsorted(t_ns, due)), place + 1) for due in self._dues())
         return min(*changes[at : at + 1], *dues, len(t_ns))
 
-    def _beside(self, outputs: Outputs) -> list[Message]:
+    def _beside(self, outputs: OutputView) -> list[Message]:
         """Return what is published beside the estimate of one stamp, and remember it."""
         messages: list[Message] = []
         if outputs.transition != self._transition:

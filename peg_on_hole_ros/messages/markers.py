@@ -7,7 +7,7 @@ import numpy as np
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.plain import header, quaternion, xyz
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.records import CONTACTS
 
@@ -28,7 +28,7 @@ _CONE_COLOR = {"r": 0.1, "g": 0.4, "b": 0.85, "a": 0.3}
 _NO_TURN = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
-def marker_array(outputs: Outputs, scene: Scene) -> dict:
+def marker_array(outputs: OutputView, scene: Scene) -> dict:
     """
     Return visualization_msgs/MarkerArray; what is not there any more is deleted by name.
 
@@ -37,7 +37,7 @@ def marker_array(outputs: Outputs, scene: Scene) -> dict:
 
     Parameters
     ----------
-    outputs : Outputs
+    outputs : OutputView
     scene : Scene
 
     """

@@ -27,10 +27,10 @@ from peg_on_hole_ros.measurements.orientation import (
 )
 from peg_on_hole_ros.messages.beside_estimates import STRING, Message, OutputStream
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.messages.learnt_layout import JointsReader, WrenchReader
 from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
-from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
+from peg_on_hole_ros.messages.tries import Tries, json_line
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample
 from peg_on_hole_ros.robot.described import described, with_description
@@ -109,7 +109,7 @@ class MessageStream:
             "still_possible", lambda: StillPossible(configuration), pipeline.failures
         )
         self._outputs = OutputStream(configuration.scene, markers_rate, self._possible)
-        self._cycles = Cycles()
+        self._tries = Tries()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
         self._joints_needed = joints.names
@@ -154,7 +154,7 @@ class MessageStream:
         self.t_ns = int(rows.t_ns[-1])
         judged = self.pipeline.judged if self.pipeline.expecting else None
         columns = OutputColumns(rows, self._outputs.beside(rows, judged))
-        columns.add((place, _cycle_messages(ended)) for place, ended in self._cycles.take(columns))
+        columns.add((place, _cycle_messages(ended)) for place, ended in self._tries.take(columns))
         return columns
 
     def publish_wrench(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
@@ -235,7 +235,7 @@ class MessageStream:
 
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""
-        return _cycle_messages(self._cycles.finish())
+        return _cycle_messages(self._tries.finish())
 
     def on_joints(self, message: Any) -> None:
         """Take a sensor_msgs/JointState in any form."""

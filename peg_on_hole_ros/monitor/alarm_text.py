@@ -1,6 +1,6 @@
 """The texts of the alarms, by the numbers of a row."""
 
-from math import isnan, nan
+from math import isnan
 
 import numpy as np
 
@@ -56,9 +56,7 @@ _NAMES = (((), ON_RIM, IN_HOLE), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
 ALARM_NAMES = ("jamming", "contact_loss", "overload")
 
 
-def alarms_of(
-    alarms: np.ndarray, friction_before: float = nan, friction: float = nan
-) -> tuple[Alarm, ...]:
+def alarms_of(alarms: np.ndarray, friction_before: float, friction: float) -> tuple[Alarm, ...]:
     """
     Return the alarms in words.
 

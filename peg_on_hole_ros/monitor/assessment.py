@@ -1,23 +1,28 @@
 """Mode, transition, risk and alarms of an estimate, as one row of numbers."""
 
+from math import fabs
+
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.fill_outputs import fill_outputs
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.closed_contacts import is_closed
-from peg_on_hole_ros.monitor.dangers.registry import break_course, fill_row
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers, break_course, fill_dangers
+from peg_on_hole_ros.monitor.evidence import weigh_wrench
+from peg_on_hole_ros.monitor.friction_step import follow_friction
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
-from peg_on_hole_ros.monitor.judgement import follow_orientation, judge
-from peg_on_hole_ros.monitor.known_quantities import Known
+from peg_on_hole_ros.monitor.known_quantities import Known, fill_known
 from peg_on_hole_ros.monitor.memory import Memory, restart_mode
 from peg_on_hole_ros.monitor.mode import declare_mode
 from peg_on_hole_ros.monitor.motion_now import Passed
-from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
+from peg_on_hole_ros.monitor.motion_trend import follow_motion
+from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE, forget_points, weigh_points
+from peg_on_hole_ros.monitor.rest_in_hole import follow_depth
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
 from peg_on_hole_ros.monitor.transition import update_flag
-from peg_on_hole_ros.monitor.way_in import follow_way
+from peg_on_hole_ros.monitor.way_in import follow_way, has_no_way
 from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.typed_record import Floats
 
@@ -53,6 +58,15 @@ def take_orientation(
 
 
 @compiled
+def follow_orientation(
+    memory: Memory, since: float, q: Floats, R: Floats, settings: MonitorSettings
+) -> None:
+    """Add an orientation to the motion; see `follow_motion` and `follow_depth`."""
+    follow_depth(memory.depth, q[0], R[0, 0], since, settings)
+    follow_motion(memory.motion, since, q, R, settings)
+
+
+@compiled
 def contacts_of(memory: Memory) -> ContactSet:
     """
     Return which contacts the next wrench is weighed with.
@@ -69,6 +83,38 @@ def contacts_of(memory: Memory) -> ContactSet:
         inside = memory.evidence.shown.below > 0.5
         return ContactSet.TWO if inside else ContactSet.THREE
     return ContactSet.NONE if declared.weighed == Mode.OPEN else ContactSet.UNKNOWN
+
+
+@compiled
+def follow_wrench(
+    estimate: Estimate, memory: Memory, settings: MonitorSettings, passed: Passed, nis: float
+) -> None:
+    """
+    Process the estimate after a wrench: which contacts it shows, the dangers, and what is known.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    memory : Memory
+        Changed.
+    settings : MonitorSettings
+    passed : Passed
+    nis : float
+        Running mean of the normalised innovation squared; below zero: it is not known.
+
+    """
+    evidence, motion, dangers = memory.evidence, memory.motion, memory.dangers
+    no_way = has_no_way(memory.way)
+    weigh_wrench(estimate, evidence, motion, settings, passed, nis, memory.place, no_way)
+    if estimate.contacts == ContactSet.TWO:
+        rate, correlation = settings.mode_change_rate, settings.evidence_time
+        weigh_points(memory.points, estimate, passed.dt, rate, correlation)
+    else:
+        forget_points(memory.points)
+    assess_dangers(estimate, dangers, motion, memory.depth, evidence.shown, settings, passed)
+    determinant = min(dangers.wedging.determinant, fabs(estimate.determinant))
+    fill_known(memory.known, estimate, determinant, settings.singular_band)
+    follow_friction(memory.friction, memory.known, estimate.contacts, passed.dt)
 
 
 @compiled
@@ -110,7 +156,7 @@ def assess(
     since = 0.0 if memory.oriented_ns == NO_STAMP else (t_ns - memory.oriented_ns) * 1e-9
     # Constant rates count neither for nor against three contacts.
     on_three = declared.weighed == Mode.THREE_POINT or declared.three_point_tried
-    judge(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
+    follow_wrench(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
     declare_mode(declared, settings, t, shown)
     if not blind:
         update_flag(transition, settings, t, shown.below, shown.on_hole)
@@ -130,7 +176,7 @@ def assess(
     row.friction_before = memory.friction.before
     _fill_modes(row, memory, t)
     if declared.mode != Mode.OPEN and not blind:
-        fill_row(memory.dangers, row)
+        fill_dangers(memory.dangers, row)
     if on_contacts == 2 and not blind:
         _fill_insertion(row, estimate, memory)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,

@@ -175,7 +175,7 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
             lifted = pull if k == 2 else 0.0
             force += r[3 * k + i] * (load.force[k] - lifted)
             couple += r[3 * k + i] * (load.couple[k] - load.momentum_rate[k])
-        white[i], white[3 + i] = force, over_radius * couple
+        white[i], white[TORQUE + i] = force, over_radius * couple
     # Of six squares as of one.
     room = 6.0 * FREE_PEG_LOAD.room * load.share
     turned = FREE_PEG_LOAD.room * _turned(estimate, time)

@@ -30,7 +30,7 @@ from peg_on_hole_ros.monitor.contact_probabilities import (
 )
 from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend, rest_probability, time_to_reach
-from peg_on_hole_ros.monitor.place_check import Place
+from peg_on_hole_ros.monitor.place_check import PlaceMisfit
 from peg_on_hole_ros.monitor.plate import follow_plate, plate_evidence
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.tuned import CREDITED_REACTIONS, EVIDENCE_WEIGHTS, PLATE_TEST
@@ -182,14 +182,14 @@ def new_share(estimate: Estimate, i: int) -> float:
 
 
 @compiled
-def show(
+def weigh_wrench(
     estimate: Estimate,
     evidence: Evidence,
     motion: MotionTrend,
     settings: MonitorSettings,
     passed: Passed,
     nis: float,
-    place: Place,
+    place: PlaceMisfit,
     no_way: bool,
 ) -> None:
     """
@@ -205,7 +205,7 @@ def show(
     passed : Passed
     nis : float
         Running mean of the normalised innovation squared; below zero: it is not known.
-    place : Place
+    place : PlaceMisfit
         The last that was measured.
     no_way : bool
         Whether nothing has shown a peg below gamma0 in the hole, see `way_in`.
@@ -278,7 +278,7 @@ def fill_probabilities(
     plate, beside, under, rest : float
         Probabilities of a plate by the load, and by the place; of gamma below gamma0; of rest.
     no_way : bool
-        As for `show`.
+        As for `weigh_wrench`.
 
     """
     touches, above = 1.0 - p[FREE], 1.0 - under

@@ -6,14 +6,14 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import one_point
 from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
 from peg_on_hole_ros.monitor.dangers.registry import Dangers, forget_dangers
-from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
 from peg_on_hole_ros.monitor.friction_step import FrictionStep, forget_friction
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend, forget_motion
 from peg_on_hole_ros.monitor.one_point import forget_points
-from peg_on_hole_ros.monitor.place_check import Place, forget_place
+from peg_on_hole_ros.monitor.place_check import PlaceMisfit, forget_place
+from peg_on_hole_ros.monitor.rest_in_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.monitor.transition import Transition, lower_flag
 from peg_on_hole_ros.monitor.way_in import WayIn, forget_way
@@ -30,7 +30,7 @@ class Memory(Record):
         Stamps of the last wrench and of the last orientation, NO_STAMP before [ns].
     declared : DeclaredMode
     transition : Transition
-    place : Place
+    place : PlaceMisfit
         As it was measured last.
     way : WayIn
     evidence : Evidence
@@ -50,7 +50,7 @@ class Memory(Record):
     oriented_ns: int
     declared: DeclaredMode
     transition: Transition
-    place: Place
+    place: PlaceMisfit
     way: WayIn
     evidence: Evidence
     points: Annotated[Floats, (one_point.COUNT,)]
@@ -65,7 +65,7 @@ class Memory(Record):
 def begin_memory(memory: Memory) -> None:
     """Forget motion, contacts, loads and what is known; mode, flag and alarms stay."""
     nothing = new(Memory)
-    forget(nothing)
+    forget_contacts_and_loads(nothing)
     memory.evidence, memory.points = nothing.evidence, nothing.points
     memory.motion, memory.depth = nothing.motion, nothing.depth
     memory.dangers, memory.known = nothing.dangers, nothing.known
@@ -74,7 +74,7 @@ def begin_memory(memory: Memory) -> None:
 
 
 @compiled
-def forget(memory: Memory) -> None:
+def forget_contacts_and_loads(memory: Memory) -> None:
     """Forget what was seen of contacts and loads, but for the motion."""
     forget_evidence(memory.evidence)
     forget_points(memory.points)
@@ -86,7 +86,7 @@ def forget(memory: Memory) -> None:
 def restart_mode(memory: Memory) -> None:
     """Forget the mode: the estimate has begun anew."""
     forget_mode(memory.declared)
-    forget(memory)
+    forget_contacts_and_loads(memory)
     memory.t_ns = memory.oriented_ns = NO_STAMP
     forget_place(memory.place)
 

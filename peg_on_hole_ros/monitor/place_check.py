@@ -1,12 +1,12 @@
 """Whether a peg is where contacts would have it: its measured place against the hole."""
 
-from math import asin, cos, exp, fabs, log, nan, sin, sqrt
+from math import asin, cos, exp, fabs, nan, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
-from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
+from peg_on_hole_ros.mechanics.linear_algebra import surprise
 from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.typed_record import Floats, Record
@@ -42,7 +42,7 @@ class Misfit(NamedTuple):
     inside: bool
 
 
-class Place(Record):
+class PlaceMisfit(Record):
     """The last misfit that was measured, see `Misfit`; NaN, and no evidence: none was."""
 
     offset: float
@@ -54,7 +54,7 @@ class Place(Record):
 
 
 @compiled
-def forget_place(place: Place) -> None:
+def forget_place(place: PlaceMisfit) -> None:
     """Forget what was measured."""
     place.offset = place.deviations = nan
     place.evidence = place.within_reach = place.beside = 0.0
@@ -62,7 +62,7 @@ def forget_place(place: Place) -> None:
 
 
 @compiled
-def take_place(place: Place, found: Misfit) -> None:
+def take_place(place: PlaceMisfit, found: Misfit) -> None:
     """Take what was measured."""
     place.offset, place.deviations = found.offset, found.deviations
     place.evidence, place.within_reach = found.evidence, found.within_reach
@@ -164,25 +164,15 @@ def misfit(
 def _misfit(residual: Floats, S: Floats, reach: float, deep: bool) -> Misfit:
     """Return the misfit of a residual with a covariance, of a peg as low and as deep."""
     wide = S + PLACE_CHECK.elsewhere * PLACE_CHECK.elsewhere * np.eye(3)
-    squared, determinant = _weighed(S, residual)
-    elsewhere, wide_determinant = _weighed(wide, residual)
-    ratio = max(0.5 * (squared - elsewhere - log(wide_determinant / determinant)), 0.0)
+    white = np.empty(3)
+    squared, spread = surprise(S.copy(), 3, residual, white)
+    elsewhere, wide_spread = surprise(wide, 3, residual, white)
+    ratio = max(0.5 * (squared + spread - elsewhere - wide_spread), 0.0)
     distance = sqrt((residual * residual).sum())
     evidence = min(ratio, EVIDENCE_WEIGHTS.most)
     beside = reach * (1.0 - exp(-ratio))
     inside = deep and squared < PLACE_CHECK.sure * PLACE_CHECK.sure
     return Misfit(distance, sqrt(squared), evidence, reach, beside, inside)
-
-
-@compiled
-def _weighed(S: Floats, r: Floats) -> tuple[float, float]:
-    """Return r.T inv(S) r and the determinant of a covariance, shape (3, 3)."""
-    factor, determinant = S.copy(), 1.0
-    factor_cholesky(factor, 3)
-    squared = whiten(factor, 3, r, np.empty(3))
-    for i in range(3):
-        determinant *= factor[i, i] * factor[i, i]
-    return squared, determinant
 
 
 @compiled

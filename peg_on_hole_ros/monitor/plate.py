@@ -1,15 +1,14 @@
 """Whether a load is that of a plate beside the hole, by its line of action."""
 
-from math import exp, hypot, log
+from math import exp, hypot
 
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import (
-    factor_cholesky,
     in_peg_axes,
     peg_rotation,
     peg_turns,
-    whiten,
+    surprise,
 )
 from peg_on_hole_ros.monitor.contact_load import ContactLoad
 from peg_on_hole_ros.monitor.motion_now import Passed
@@ -64,7 +63,9 @@ def plate_evidence(estimate: Estimate, load: ContactLoad) -> float:
         S[i, i] += squares * off + radius * radius * estimate.bias_load
         for j in range(i + 1):
             wide[i, j] = S[i, j] + (spread if i == j else 0.0)
-    ratio = _surprise(wide, moment, white) - _surprise(S, moment, white)
+    of_any, any_spread = surprise(wide, 2, moment, white)
+    of_plate, plate_spread = surprise(S, 2, moment, white)
+    ratio = 0.5 * (of_any + any_spread - of_plate - plate_spread)
     noise = load.share * max(estimate.wrench_noise[0, 0], estimate.wrench_noise[1, 1])
     aside = hypot(carried[0], carried[1]) + PLATE_TEST.steepest * carried[2]
     if aside > 0.0:
@@ -106,11 +107,3 @@ def _fill_noise(
             for k in range(6):
                 for l in range(6):
                     S[i, j] += share * J[i, k] * estimate.wrench_noise[k, l] * J[j, l]
-
-
-@compiled
-def _surprise(S: Floats, moment: Floats, white: Floats) -> float:
-    """Return -log p(moment) of a covariance, but for a constant; S becomes its factor."""
-    factor_cholesky(S, 2)
-    squares = whiten(S, 2, moment, white)
-    return 0.5 * squares + log(S[0, 0]) + log(S[1, 1])

@@ -39,7 +39,7 @@ def restart_unjudged(memory: Memory) -> None:
 
 
 @compiled
-def look(
+def assess_pose_only(
     estimate: Estimate,
     memory: Memory,
     settings: MonitorSettings,

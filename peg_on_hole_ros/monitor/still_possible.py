@@ -11,7 +11,7 @@ from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0
 from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.tuned import PRESENT_STATE
 from peg_on_hole_ros.records import Alarm
 from peg_on_hole_ros.typed_record import Floats
@@ -48,7 +48,7 @@ class StillPossible:
         """Use other settings from here on."""
         self.configuration = configuration
 
-    def beside(self, outputs: Outputs) -> tuple[Alarm, ...]:
+    def beside(self, outputs: OutputView) -> tuple[Alarm, ...]:
         """Return the alarms of a stamp, with the sentence where there is one."""
         levels = {a.name: a.level for a in outputs.alarms if a.name in _ADVISED}
         risen = any(level > self._levels.get(name, 0) for name, level in levels.items())
@@ -67,13 +67,13 @@ class StillPossible:
         )
 
 
-def possible(outputs: Outputs, configuration: Configuration) -> str:
+def possible(outputs: OutputView, configuration: Configuration) -> str:
     """
     Return what keeps the limits from the state of a stamp, with the push that there was.
 
     Parameters
     ----------
-    outputs : Outputs
+    outputs : OutputView
     configuration : Configuration
         Friction and clearance are taken as they are known by now.
 
@@ -93,7 +93,7 @@ def possible(outputs: Outputs, configuration: Configuration) -> str:
     return f"at {np.linalg.norm(push):.2g} N of push: {sentence}"
 
 
-def _known(outputs: Outputs, scene: Scene) -> Scene:
+def _known(outputs: OutputView, scene: Scene) -> Scene:
     numbers, stated = outputs.monitor, scene.hole_diameter - scene.peg_diameter
     # A clearance of nothing has no gamma0.
     clearance = max(numbers["clearance"], PRESENT_STATE.least_clearance * stated)
@@ -106,7 +106,7 @@ def _known(outputs: Outputs, scene: Scene) -> Scene:
     )
 
 
-def _rates(outputs: Outputs, scene: Scene) -> Floats:
+def _rates(outputs: OutputView, scene: Scene) -> Floats:
     """Return closing, and a turn beyond its uncertainty; how it parts in two is hardly known."""
     ratio = scene.peg_diameter / scene.hole_diameter
     weights = np.array([1.0, ratio])
@@ -118,7 +118,9 @@ def _rates(outputs: Outputs, scene: Scene) -> Floats:
     )
 
 
-def _push(outputs: Outputs, scene: Scene, cell: Cell, rates: Floats) -> tuple[float, float, float]:
+def _push(
+    outputs: OutputView, scene: Scene, cell: Cell, rates: Floats
+) -> tuple[float, float, float]:
     """Return what the holder presses beside the weight, less what its lag gives."""
     psi = outputs.state[1]
     c, s = np.cos(psi), np.sin(psi)

@@ -354,7 +354,7 @@ class InsertionDepth(NamedTuple):
     surface: float = 1e-6
 
 
-class DownTheHole(NamedTuple):
+class RestInHole(NamedTuple):
     """
     How a peg that is pushed slides down the hole, and whether it rests.
 
@@ -569,7 +569,7 @@ RATE_TREND = RateTrend()
 FOLLOWED_MOTION = FollowedMotion()
 TRANSITION_FLAG = TransitionFlag()
 INSERTION_DEPTH = InsertionDepth()
-DOWN_THE_HOLE = DownTheHole()
+REST_IN_HOLE = RestInHole()
 PUSH_MEANS = PushMeans()
 WEDGING_AHEAD = WedgingAhead()
 STALL_AHEAD = StallAhead()
@@ -596,7 +596,7 @@ class MonitorNumbers(NamedTuple):
     followed_motion: FollowedMotion = FOLLOWED_MOTION
     transition_flag: TransitionFlag = TRANSITION_FLAG
     insertion_depth: InsertionDepth = INSERTION_DEPTH
-    down_the_hole: DownTheHole = DOWN_THE_HOLE
+    rest_in_hole: RestInHole = REST_IN_HOLE
     push_means: PushMeans = PUSH_MEANS
     wedging_ahead: WedgingAhead = WEDGING_AHEAD
     stall_ahead: StallAhead = STALL_AHEAD

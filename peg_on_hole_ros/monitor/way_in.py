@@ -5,7 +5,7 @@ from math import nan
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.evidence import Evidence
-from peg_on_hole_ros.monitor.place_check import Place
+from peg_on_hole_ros.monitor.place_check import PlaceMisfit
 from peg_on_hole_ros.monitor.states import Mode, since_when
 from peg_on_hole_ros.monitor.tuned import WAY_IN
 from peg_on_hole_ros.typed_record import Record
@@ -63,7 +63,7 @@ def may_be_plate(way: WayIn, mode: Mode, evidence: Evidence) -> bool:
 
 @compiled
 def follow_way(
-    way: WayIn, mode: Mode, evidence: Evidence, place: Place, flag: bool, t: float
+    way: WayIn, mode: Mode, evidence: Evidence, place: PlaceMisfit, flag: bool, t: float
 ) -> None:
     """
     Process a declared mode.
@@ -77,7 +77,7 @@ def follow_way(
     mode : Mode
         As declared.
     evidence : Evidence
-    place : Place
+    place : PlaceMisfit
     flag : bool
         Whether three-point contact has become two-point contact.
     t : float

@@ -10,8 +10,8 @@ from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 from peg_on_hole_ros.monitor.way_in import NOT_TOLD
-from peg_on_hole_ros.replay.stamps import Loop
-from peg_on_hole_ros.replay.topic_findings import Oddities
+from peg_on_hole_ros.replay.loop import Loop
+from peg_on_hole_ros.replay.topic_findings import TopicOddities
 
 MISFIT = (
     "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
@@ -76,7 +76,7 @@ _OTHER_UNIT = 100.0
 _TRANSPORT = 0.05
 
 
-class Seen:
+class InputOddities:
     """
     Collects what is odd in the joint states and wrenches of a recording, used or not.
 
@@ -102,8 +102,8 @@ class Seen:
         self._spans: dict[str, list[int]] = {}
         own = joints.source == "peg"
         self._odd = {
-            "wrench": Fenced("oddities", Oddities, failures),
-            "joints": Fenced("oddities", lambda: Oddities(joints.names, own), failures),
+            "wrench": Fenced("oddities", TopicOddities, failures),
+            "joints": Fenced("oddities", lambda: TopicOddities(joints.names, own), failures),
         }
         self._loops = {source: Fenced("loops", Loop, failures) for source in ("wrench", "joints")}
 
@@ -159,7 +159,7 @@ class Seen:
         return self._odd[source](lambda look: look.lines(), [])
 
     def noise(self, name: str) -> float | None:
-        """Return at least what noise `force` or `torque` of the wrench has, see `Oddities`."""
+        """Return the least noise of `force` or `torque`, see `TopicOddities`."""
         return self._odd["wrench"](lambda look: look.noise(name), None)
 
     def apart(self, configuration: Configuration) -> str:
@@ -220,7 +220,7 @@ def _clocks(seconds):
     return _CLOCKS if seconds <= BY_NAME["joints.delay"].high else _CLOCKS.partition(",")[0]
 
 
-def remedy(dropped: dict[str, int], names: Sequence[str], seen: Seen) -> str:
+def remedy(dropped: dict[str, int], names: Sequence[str], seen: InputOddities) -> str:
     """
     Return what to do about the commonest reason with a remedy for which messages were dropped.
 
@@ -229,7 +229,7 @@ def remedy(dropped: dict[str, int], names: Sequence[str], seen: Seen) -> str:
     dropped : dict of str to int
     names : sequence of str
         `joints.names`.
-    seen : Seen
+    seen : InputOddities
 
     """
     for reason in sorted(dropped, key=lambda reason: ("before" in reason, -dropped[reason])):
@@ -247,7 +247,7 @@ def lines(
     result: dict,
     read: dict[str, int],
     configuration: Configuration,
-    seen: Seen,
+    seen: InputOddities,
     causes: list[str] | None = None,
 ) -> list[str]:
     """
@@ -260,7 +260,7 @@ def lines(
     read : dict of str to int
         Messages in the bag of `wrench` and `joints`.
     configuration : Configuration
-    seen : Seen
+    seen : InputOddities
     causes : list of str, optional
         Settings that the data have contradicted; they take the place of guesses.
 
@@ -296,7 +296,7 @@ def lines(
     return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]
 
 
-def other_units(configuration: Configuration, seen: Seen) -> list[str]:
+def other_units(configuration: Configuration, seen: InputOddities) -> list[str]:
     """Return a line for force and for torque whose noise is that of a larger unit."""
     told = []
     for name, unit in (("force", "N"), ("torque", "N m")):

@@ -33,7 +33,7 @@ from peg_on_hole_ros.messages.stream import (
 )
 from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.records import Arrivals
-from peg_on_hole_ros.replay.advice import Seen, remedy
+from peg_on_hole_ros.replay.advice import InputOddities, remedy
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, check_regular, urdf_path
 
@@ -89,7 +89,7 @@ class Replayed(NamedTuple):
         Of the wall clock, without compiling [s].
     by_source : dict of str to int
         Messages in the bag of `wrench` and `joints`.
-    seen : Seen
+    seen : InputOddities
         What they had.
     t_ns : int
         Last stamp of an output [ns].
@@ -110,7 +110,7 @@ class Replayed(NamedTuple):
     events: dict[str, int]
     seconds: float
     by_source: dict[str, int]
-    seen: Seen
+    seen: InputOddities
     t_ns: int
     ending: list[Message]
     causes: list[str]
@@ -248,7 +248,7 @@ def replay_bag(
     stream = message_stream(
         configuration, markers_rate, _maker(configuration, smoothed is not None), offline=True
     )
-    seen = Seen(configuration.joints, stream.pipeline.failures)
+    seen = InputOddities(configuration.joints, stream.pipeline.failures)
     unreadable = Counter(bag.undecodable)
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):

@@ -11,7 +11,7 @@ from peg_on_hole_ros.bags.batch import Stretch
 from peg_on_hole_ros.measurements.repeats import describe, new_repeats, notice_all
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.replay.stamps import ByStamp
+from peg_on_hole_ros.replay.by_stamp import ByStamp
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
 _MOST_REPEATS = 100
@@ -25,7 +25,7 @@ _MOST_STEPS = 2000
 _OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
-class Oddities:
+class TopicOddities:
     """
     Looks at wrenches or joint states in the order of a recording.
 

@@ -9,7 +9,7 @@ from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import Malformed
 from peg_on_hole_ros.messages.stream import MessageStream
 from peg_on_hole_ros.replay.run import fates, played
-from peg_on_hole_ros.replay.stamps import StampStatistics
+from peg_on_hole_ros.replay.stamp_statistics import StampStatistics
 
 # What messages are dropped for that another topic, or the order of them, decides.
 _OF_ORDER = (

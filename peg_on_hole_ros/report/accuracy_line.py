@@ -2,25 +2,8 @@
 
 from math import hypot
 
-from peg_on_hole_ros.records import ACCURACIES
+from peg_on_hole_ros.records import ACCURACY_PARAMETERS
 
-# The parameters of each kind.
-NAMES = dict(
-    zip(
-        ACCURACIES,
-        (
-            "accuracy.gain",
-            "accuracy.crosstalk",
-            "accuracy.sensor_xyz",
-            "accuracy.sensor_rpy",
-            "accuracy.payload_mass and payload_com",
-            "accuracy.orientation",
-            "accuracy.diameter",
-            "wrench.low_pass",
-        ),
-        strict=True,
-    )
-)
 # Kinds that are named, and what is worth a line [N].
 _MOST_NAMED, _LEAST = 3, 0.05
 
@@ -41,6 +24,8 @@ def accuracy_line(deviations: dict[str, float | None]) -> str:
         return ""
     largest = sorted(known, key=lambda name: -known[name])[:_MOST_NAMED]
     parts = ", ".join(
-        f"{known[name]:.2g} N by {NAMES[name]}" for name in largest if known[name] >= _LEAST
+        f"{known[name]:.2g} N by {' and '.join(ACCURACY_PARAMETERS[name])}"
+        for name in largest
+        if known[name] >= _LEAST
     )
     return f"stated accuracies leave the reactions open by {total:.2g} N (one deviation): {parts}"

@@ -43,7 +43,7 @@ def headline(cycles: list[dict], begun: list[float], judged: bool) -> Remark:
     Parameters
     ----------
     cycles : list of dict
-        Tries, see `Cycles`.
+        Tries, see `Tries`.
     begun : list of float
         When each began [s].
     judged : bool

@@ -5,8 +5,7 @@ from dataclasses import replace
 from peg_on_hole_ros.config.options import BaseLink, Configuration, JointInput
 from peg_on_hole_ros.config.parameter_table import GRAVITY_STATED
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.rotations import rpy_of
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.sensor_frame import alike, is_stated

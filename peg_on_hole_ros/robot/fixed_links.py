@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.robot.urdf_file import Joint
 
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.rotations import rpy_of
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named

@@ -15,8 +15,8 @@ from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
 from peg_on_hole_ros.diagnosis.suspected.suspect import has_part
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.monitor import still_possible
-from peg_on_hole_ros.replay.stamps import Loop
-from peg_on_hole_ros.replay.topic_findings import Oddities
+from peg_on_hole_ros.replay.loop import Loop
+from peg_on_hole_ros.replay.topic_findings import TopicOddities
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
 from recorded_faults import BAGS
@@ -32,7 +32,7 @@ MADE = {
     for member in SUSPECTED
 }
 BESIDE = {"still_possible": (still_possible, "possible")}
-LOOKS = MADE | BESIDE | {"oddities": (Oddities, "lines"), "loops": (Loop, "add")}
+LOOKS = MADE | BESIDE | {"oddities": (TopicOddities, "lines"), "loops": (Loop, "add")}
 NODE_LOOKS = {name: at for name, at in MADE.items() if not at[0].OFFLINE} | BESIDE
 ESTIMATE = [
     f"/peg_on_hole/{name}"

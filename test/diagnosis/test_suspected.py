@@ -8,7 +8,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected import registry
 from peg_on_hole_ros.diagnosis.suspected.suspect import PARTS, Suspect, has_part
-from peg_on_hole_ros.engine import findings
+from peg_on_hole_ros.engine import settings_check
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import WEIGHED_SETTINGS
 
@@ -96,7 +96,7 @@ class Costly(Made):
 
 
 def played(monkeypatch, *members, offline=False):
-    monkeypatch.setattr(findings, "SUSPECTED", (*members, *registry.SUSPECTED))
+    monkeypatch.setattr(settings_check, "SUSPECTED", (*members, *registry.SUSPECTED))
     line = Pipeline(Configuration(), offline=offline)
     return line, list(line.play(SAMPLES))
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.grid.cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 from tiers import at_push, nightly

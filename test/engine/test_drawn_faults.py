@@ -7,7 +7,7 @@ import pytest
 
 from late_samples import MS, SCENE, ordered
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.records import Arrivals, JointSample, WrenchSample
 from simulated import truth
 from tiers import nightly
@@ -68,7 +68,7 @@ def many_at_once(line, samples):
     while end < len(samples):
         end, rows = line.push(arrivals, end)
         assert (np.diff(rows.t_ns) > 0).all()
-        found += [Outputs(int(t), row) for t, row in zip(rows.t_ns, rows.values)]
+        found += [OutputView(int(t), row) for t, row in zip(rows.t_ns, rows.values)]
     return [(o.t_ns, o.state.tobytes(), o.monitor) for o in found]
 
 

@@ -7,7 +7,7 @@ from estimates import columns
 from late_samples import MS, ordered, pipeline, play, total, undoubted
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.messages.beside_estimates import OutputStream
-from peg_on_hole_ros.messages.cycles import Cycles
+from peg_on_hole_ros.messages.tries import Tries
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.replay.summary import Summary
 from tiers import at_push
@@ -130,7 +130,7 @@ def test_a_try_and_its_duration_go_on_over_it():
     wrong = samples[i]._replace(t_ns=samples[i].t_ns + 900 * MS)
     tries, durations = [], []
     for stream in (samples, [*samples[: i + 1], wrong, *samples[i + 1 :]]):
-        line, cycles, summary, found = pipeline(), Cycles(), Summary(), []
+        line, cycles, summary, found = pipeline(), Tries(), Summary(), []
         said = OutputStream(line.scene)
         for outputs in line.play(stream):
             made = columns(said, outputs)

@@ -35,7 +35,8 @@ from peg_on_hole_ros.identification.recording import (
 )
 from peg_on_hole_ros.identification.selection import conditional, kept_ones
 from peg_on_hole_ros.measurements.orientation import PegJoints
-from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure

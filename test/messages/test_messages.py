@@ -22,7 +22,7 @@ from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms
 from peg_on_hole_ros.monitor.alarm_text import PLAIN
 from peg_on_hole_ros.monitor.closed_contacts import are_closed
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
-from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import MODES
 from plain_messages import to_plain
 
@@ -232,7 +232,7 @@ def test_alarms_are_sent_at_10_hz_of_stamp_time_and_on_change_of_level():
     assert (status["name"], status["level"]) == ("jamming", 2)
     assert status["values"][0] == {"key": "jamming_wedging", "value": "0.97"}
     # Other numbers at the same level are no change.
-    calmer = changed(Outputs(999_700_000, jams.row))
+    calmer = changed(OutputView(999_700_000, jams.row))
     calmer.row["alarms"]["numbers"][0] = 0.96
     assert "alarms" not in {suffix for suffix, _, _ in messages(stream, calmer)}
 

@@ -9,10 +9,10 @@ from judging import risk_of
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor.assessment import follow_orientation
 from peg_on_hole_ros.monitor.dangers.load import follow_load, over_limit
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.dangers.stall import Stall, follow_push, follow_tilt, stops_ahead
-from peg_on_hole_ros.monitor.judgement import follow_orientation
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings

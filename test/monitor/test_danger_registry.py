@@ -1,6 +1,7 @@
 """The registry of dangers: each of them has its advice, its output and its place in the alarm."""
 
 from importlib import import_module
+from math import nan
 from typing import get_type_hints
 
 import numpy as np
@@ -16,7 +17,7 @@ from peg_on_hole_ros.monitor.dangers.registry import (
     PARTS,
     Danger,
     Dangers,
-    fill_row,
+    fill_dangers,
     likeliest,
     parts,
     put_numbers,
@@ -52,7 +53,7 @@ def test_the_likeliest_danger_is_the_one_the_alarm_speaks_of(danger):
     for level in (1, 2):
         row = alarms.published[0]
         row.level, row.which, row.kind = level, danger, 1
-        assert alarms_of(alarms.published)[0].message == own[level - 1]
+        assert alarms_of(alarms.published, nan, nan)[0].message == own[level - 1]
 
 
 @pytest.mark.parametrize(("insertion", "names"), [(0.0, ON_RIM), (0.2, IN_HOLE)])
@@ -66,7 +67,7 @@ def test_the_alarm_has_the_numbers_that_are_published(insertion, names):
     else:
         dangers.wedging.probability, dangers.stall.probability = 0.1, 0.2
     put_numbers(dangers, numbers)
-    fill_row(dangers, at(Row, rows))
+    fill_dangers(dangers, at(Row, rows))
     expected = {
         "jamming_wedging": 0.1, "jamming_stall": 0.2, "jamming_load": 0.3, "jamming_risk": 0.6,
         "determinant": 0.7, "insertion_ratio": 0.2, "whitney_margin": 3.0,

@@ -90,7 +90,7 @@ def test_an_opened_contact_is_pulled_by_rigid_equations():
 
 
 def test_three_angles_are_not_independent_at_small_tilt():
-    # Seen by how far errors are from what is stated: 3 on the mean, whatever the tilt.
+    # InputOddities by how far errors are from what is stated: 3 on the mean, whatever the tilt.
     rng, stddev, gamma = np.random.default_rng(3), 1e-4, 0.07
     q = np.tile([gamma, 0.4, -1.0], (2000, 1))
     error = measured_angles(q, rng.normal(size=q.shape) * stddev) - q

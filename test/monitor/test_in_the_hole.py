@@ -15,7 +15,7 @@ from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOpt
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, follow_depth, rests
+from peg_on_hole_ros.monitor.rest_in_hole import DepthTrend, follow_depth, rests
 from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate

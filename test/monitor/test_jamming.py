@@ -17,8 +17,8 @@ from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.monitor.assessment import follow_orientation
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
-from peg_on_hole_ros.monitor.judgement import follow_orientation
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings

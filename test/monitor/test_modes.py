@@ -34,7 +34,7 @@ from peg_on_hole_ros.monitor.contact_probabilities import (
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitor.evidence import new_share, show, wedged_load
+from peg_on_hole_ros.monitor.evidence import new_share, wedged_load, weigh_wrench
 from peg_on_hole_ros.monitor.memory import Memory, begin_memory
 from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.motion_trend import follow_motion
@@ -221,7 +221,7 @@ def shown(gamma, force=-30.0, scene=SCENE):
     memory, settings = begun(), monitor_settings(OPTIONS, scene, 0.3)
     evidence, motion, place = memory.evidence, memory.motion, memory.place
     for _ in range(100):
-        show(record, evidence, motion, settings, RECENT, -1.0, place, False)
+        weigh_wrench(record, evidence, motion, settings, RECENT, -1.0, place, False)
     return Shown(*memory.evidence.shown.item())
 
 
@@ -480,7 +480,7 @@ def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread(
         record = press(placed([gamma, 0.3, 0.1], scene=SCENE), np.zeros(6))
         scene, evidence = replace(SCENE, clearance_stddev=clearance_stddev), begun().evidence
         settings = monitor_settings(OPTIONS, scene, 0.3)
-        show(record, evidence, motion, settings, RECENT, -1.0, begun().place, False)
+        weigh_wrench(record, evidence, motion, settings, RECENT, -1.0, begun().place, False)
         found.append(evidence.shown)
     by_clearance = 0.05 * 2e-5 / (SCENE.hole_diameter * np.sin(gamma0)) / (-rate / 2)
     more = np.sqrt(found[1].time_stddev ** 2 - found[0].time_stddev ** 2)

@@ -10,7 +10,7 @@ from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.monitor.output_row import NOTHING
 from peg_on_hole_ros.records import ACCURACIES, WEIGHED_SETTINGS, Rows
 from peg_on_hole_ros.replay import summary as module
-from peg_on_hole_ros.replay.stamps import StampStatistics
+from peg_on_hole_ros.replay.stamp_statistics import StampStatistics
 from peg_on_hole_ros.replay.summary import Summary
 
 MS = 1_000_000

@@ -28,9 +28,9 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     What it has found: a `finding.Finding` each, with the sentence, the fields of WrenchInput with
     the values that fit, and whether these may be used in place of what is stated.
 
-`registry` is the only place that lists them. `engine/findings.py` walks it in order: it builds,
-calls and fences each look, reports and adopts what is found. Counts, causes in `/diagnostics`,
-what is withheld in doubt, and the tables of docs/integration.md follow from it.
+`registry` is the only place that lists them. `engine/settings_check.py` walks it in order: it
+builds, calls and fences each look, reports and adopts what is found. Counts, causes in
+`/diagnostics`, what is withheld in doubt, and the tables of docs/integration.md follow from it.
 
 To add a member, touch these files: a module here, `diagnosis/tuned.py` (a record of its numbers),
 and `registry.py` (its line). `make format` writes its lines into docs/integration.md. What else a

@@ -9,8 +9,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
 from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE
-from peg_on_hole_ros.measurements.rotations import rpy_of
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
 

@@ -8,7 +8,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import STATED_GRAVITY_TEST
-from peg_on_hole_ros.measurements.wrench_reduction import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.safe_text import shown
 
 

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimator.estimate import scene_of
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
-from peg_on_hole_ros.measurements.wrench_reduction import skew
+from peg_on_hole_ros.measurements.rotations import skew
 from peg_on_hole_ros.records import WEIGHED_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, new
 

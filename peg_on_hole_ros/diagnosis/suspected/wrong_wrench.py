@@ -5,13 +5,14 @@ from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis import window
+from peg_on_hole_ros.diagnosis import hypothesis_window
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, finding_text, hypotheses
 from peg_on_hole_ros.diagnosis.rounding import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
-from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
+from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of
@@ -78,7 +79,7 @@ class WrongWrench(Suspect):
         self.doubtful = self._coarse = False
         self.finding: Finding | None = None
         self._is_new = False
-        self._rows, self._balances = window.new_window(len(self._all))
+        self._rows, self._balances = hypothesis_window.new_window(len(self._all))
         self._at, self._best = -1, 0
         self._steps = Steps(), Steps()
         self._last_ns = self._begun_ns = self._odd = self._seen = 0
@@ -115,13 +116,13 @@ class WrongWrench(Suspect):
         self._notice_steps(sample.force, 0)
         self._notice_steps(sample.torque, 1)
         judged = self._odd < WRONG_WRENCH_TEST.often or not self._at % WRONG_WRENCH_TEST.often
-        surprising = window.take(
+        surprising = hypothesis_window.take(
             self._rows, self._balances, self._at, self._meanings, self._cell, judged
         )
         self._odd = self._odd + 1 if surprising else 0
         if not surprising:
             self.doubtful = False
-            if window.full(self._rows):
+            if hypothesis_window.full(self._rows):
                 self.finding = None
         elif judged:
             self._judge()
@@ -136,7 +137,7 @@ class WrongWrench(Suspect):
         self._coarse = self._coarse and part == 1 or steps.coarse(stated)
 
     def _judge(self):
-        tried, balances = window.tried(self._rows), self._balances
+        tried, balances = hypothesis_window.tried(self._rows), self._balances
         likelihood, left = balances["likelihood"][tried], balances["left"][tried]
         n = len(likelihood)
         ahead = likelihood - likelihood[:, :1]
@@ -175,7 +176,7 @@ class WrongWrench(Suspect):
 
     def _balanced(self):
         """Return to how much forces may balance where all is as it should be [N]."""
-        forces = self._rows["wrench"][window.tried(self._rows), :3]
+        forces = self._rows["wrench"][hypothesis_window.tried(self._rows), :3]
         load = float(np.median(np.linalg.norm(forces, axis=1)))
         return (
             WRONG_WRENCH_TEST.room * sqrt(3.0 * self._noise[0]) + WRENCH_BALANCE.unexplained * load
@@ -204,7 +205,7 @@ def _noise_of(name):
 
 
 def _cell(configuration):
-    """Return what compiled code needs to know, an array of one `window.KnownCell`, shape (1,)."""
+    """Return what compiled code needs to know, a `KnownCell`, shape (1,)."""
     scene, wrench = configuration.scene, configuration.wrench
     sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
     friction = scene.friction
@@ -223,8 +224,8 @@ def _cell(configuration):
         + [WRONG_WRENCH_TEST.center_known * weight] * 3
     )
     known += np.square([wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3)
-    memory = np.zeros(1, dtype_of(window.KnownCell))
-    cell = at(window.KnownCell, memory)
+    memory = np.zeros(1, dtype_of(hypothesis_window.KnownCell))
+    cell = at(hypothesis_window.KnownCell, memory)
     cell.scene[:], cell.sensor[:] = scene_scalars(scene), sensor
     cell.payload_mass = wrench.payload_mass
     cell.payload_center[:] = R_PS @ np.array(wrench.payload_com)

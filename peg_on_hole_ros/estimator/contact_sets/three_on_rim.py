@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimator.applied_wrench import (
 )
 from peg_on_hole_ros.estimator.direction import direction_moments, fill_direction_noise
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
-from peg_on_hole_ros.estimator.open_scene import (
+from peg_on_hole_ros.estimator.scene_at_mean import (
     fill_clearance_jacobian,
     scene_at,
     within_closed_forms,

@@ -24,7 +24,7 @@ from peg_on_hole_ros.estimator.hole_geometry import (
     two_point_slip,
     two_point_tilt,
 )
-from peg_on_hole_ros.estimator.open_scene import fill_clearance_jacobian, scene_at
+from peg_on_hole_ros.estimator.scene_at_mean import fill_clearance_jacobian, scene_at
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.update import reset_three

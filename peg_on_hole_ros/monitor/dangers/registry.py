@@ -4,6 +4,13 @@ from enum import IntEnum
 
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.closing_push import (
+    NOT_PUSHED,
+    Push,
+    follow_total,
+    forget_push,
+    pushed_on,
+)
 from peg_on_hole_ros.monitor.dangers import load, stall, stuck, wedging
 from peg_on_hole_ros.monitor.dangers.load import Load
 from peg_on_hole_ros.monitor.dangers.situation import (
@@ -15,11 +22,10 @@ from peg_on_hole_ros.monitor.dangers.situation import (
 from peg_on_hole_ros.monitor.dangers.stall import Stall
 from peg_on_hole_ros.monitor.dangers.stuck import Stuck
 from peg_on_hole_ros.monitor.dangers.wedging import Wedging
-from peg_on_hole_ros.monitor.down_the_hole import DepthTrend
 from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.motion_now import Passed, moving_now
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend
-from peg_on_hole_ros.monitor.push import NOT_PUSHED, Push, follow_total, forget_push, pushed_on
+from peg_on_hole_ros.monitor.rest_in_hole import DepthTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.typed_record import Floats, Record
@@ -182,7 +188,7 @@ def put_numbers(dangers: Dangers, numbers: Floats) -> None:
 
 
 @compiled
-def fill_row(dangers: Dangers, row: Row) -> None:
+def fill_dangers(dangers: Dangers, row: Row) -> None:
     """Fill in what is published."""
     row.jamming_wedging, row.jamming_stall, row.jamming_load = parts(dangers)
     row.jamming_risk = dangers.risk

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.down_the_hole import DepthTrend
+from peg_on_hole_ros.monitor.closing_push import Pushed
 from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.motion_now import Moving, Passed
 from peg_on_hole_ros.monitor.motion_trend import Measured
-from peg_on_hole_ros.monitor.push import Pushed
+from peg_on_hole_ros.monitor.rest_in_hole import DepthTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import is_number
 

@@ -8,7 +8,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.dangers.situation import Situation, in_hole, is_inside
-from peg_on_hole_ros.monitor.down_the_hole import along_share, rests
+from peg_on_hole_ros.monitor.rest_in_hole import along_share, rests
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, STUCK_IN_HOLE
 from peg_on_hole_ros.typed_record import Record
 

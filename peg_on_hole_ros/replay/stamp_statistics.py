@@ -1,16 +1,11 @@
-"""Stamps of a recording: statistics of a topic's, those that come again, and their order."""
+"""Statistics of the stamps of a recorded topic, and what of them is trouble."""
 
 import math
-from collections.abc import Iterable, Iterator
 from copy import deepcopy
-from heapq import heappop, heappush
 
 import numpy as np
 
-from peg_on_hole_ros.bags.batch import Item
-from peg_on_hole_ros.bags.reader import absolute
-from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.tuned import STAMP_ORDER
+from peg_on_hole_ros.replay.by_stamp import ByStamp
 
 # Log time against stamp: farther apart than a transport takes, two clocks differ.
 OFFSET_LIMIT = 1.0  # [s]
@@ -18,48 +13,6 @@ OFFSET_LIMIT = 1.0  # [s]
 _PACE = 50.0
 _PACE_FROM = 0.5  # [s]
 _RESERVOIR = 4096
-# Messages that may be overtaken by ones that came later; one whose stamp falls by more is of
-# another recording [ns].
-_OVERTAKEN = 256
-_NEW_RECORDING_NS = 1_000_000_000
-# Farther back than messages are late [ns].
-_BACK_NS = 100_000_000
-_FEWEST_BEHIND = 20
-# One stamp in eight is remembered, by a multiplicative hash.
-_HASH_FACTOR, _HASH_SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
-
-
-class ByStamp:
-    """Messages in the order of their stamps, some behind those that come."""
-
-    def __init__(self) -> None:
-        self._t_ns, self._rows = np.empty(0, np.int64), np.empty((0, 0))
-
-    def take(self, t_ns: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """
-        Return stamps and rows that no later one precedes, the last of those before first.
-
-        Parameters
-        ----------
-        t_ns : ndarray of int64, shape (n,)
-            In the order of a bag [ns].
-        rows : ndarray, shape (n, m)
-
-        """
-        if len(self._t_ns):
-            t_ns = np.concatenate([self._t_ns, t_ns])
-            rows = np.concatenate([self._rows, rows])
-        part = np.cumsum(np.diff(t_ns, prepend=t_ns[:1]) < -_NEW_RECORDING_NS)
-        order = np.lexsort((t_ns, part))
-        t_ns, rows = t_ns[order], rows[order]
-        first = max(len(t_ns) - _OVERTAKEN, 0)
-        self._t_ns, self._rows = t_ns[first:], rows[first:]
-        return t_ns[: first + 1], rows[: first + 1]
-
-    @property
-    def rest(self) -> tuple[np.ndarray, np.ndarray]:
-        """The last of those that were returned, and all behind it."""
-        return self._t_ns, self._rows
 
 
 class StampStatistics:
@@ -206,78 +159,3 @@ class _Periods:
 def _widened(span, times):
     first, last = int(times.min()), int(times.max())
     return (first, last) if span is None else (min(span[0], first), max(span[1], last))
-
-
-class Loop:
-    """
-    Looks at the stamps of one topic in the order of a recording.
-
-    Two publishers whose clocks are apart have stamps that go back as well, but not the same ones.
-    """
-
-    def __init__(self) -> None:
-        self._newest: int | None = None
-        self._known: list[np.ndarray] = []
-        self._behind = self._asked = self._again = self._back_ns = 0
-
-    def add(self, t_ns: np.ndarray) -> None:
-        """Take stamps [ns]."""
-        if not len(t_ns):
-            return
-        newest = np.maximum.accumulate(t_ns)
-        if self._newest is not None:
-            newest = np.maximum(newest, self._newest)
-        back = newest - t_ns
-        behind = back > _BACK_NS
-        self._newest = int(newest[-1])
-        remembered = (t_ns.astype(np.uint64) * _HASH_FACTOR) >> _HASH_SHIFT == 0
-        self._known.append(t_ns[remembered & ~behind])
-        if behind.any():
-            asked = t_ns[remembered & behind]
-            known = np.concatenate(self._known)
-            self._known = [known]
-            self._behind += int(behind.sum())
-            self._asked += len(asked)
-            self._again += int(np.isin(asked, known).sum())
-            self._back_ns = max(self._back_ns, int(back.max()))
-
-    @property
-    def seconds(self) -> float:
-        """How far stamps went back, at most, to come again [s]; 0: there is no loop."""
-        some = self._behind >= _FEWEST_BEHIND and self._asked > 0
-        return self._back_ns * 1e-9 if some and 2 * self._again > self._asked else 0.0
-
-
-def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[Item]:
-    """
-    Yield every message, one that is late where it belongs.
-
-    As late as the pipeline takes it back to: `filter.late_window`, joint states `joints.delay`
-    beside. Nothing is put before a message without a stamp, as a call of reset or tare, or
-    before a clock that jumped back.
-    """
-    joints = absolute(configuration.topics.joint_states)
-    delay_ns = round(configuration.joints.delay * 1e9)
-    window_ns = round(configuration.filter.late_window * 1e9)
-    window_ns += max(delay_ns, 0) if window_ns else 0
-    waiting, newest = [], None
-    for number, item in enumerate(items):
-        # A call of reset or tare has none, nor has what is malformed.
-        t_ns = getattr(item.sample, "t_ns", None)
-        of_joints = item.topic == joints
-        if t_ns is not None and of_joints:
-            t_ns -= delay_ns
-        if t_ns is None or newest is None or newest - t_ns > STAMP_ORDER.clock_jump_ns + window_ns:
-            while waiting:
-                yield heappop(waiting)[-1]
-            newest = t_ns
-        if t_ns is None:
-            yield item
-            continue
-        newest = max(newest, t_ns)
-        # Of one stamp, joint states come before the wrench.
-        heappush(waiting, (t_ns, not of_joints, number, item))
-        while waiting and waiting[0][0] <= newest - window_ns:
-            yield heappop(waiting)[-1]
-    while waiting:
-        yield heappop(waiting)[-1]

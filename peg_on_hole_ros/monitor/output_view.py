@@ -10,7 +10,7 @@ from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import Alarm
 
 
-class Outputs:
+class OutputView:
     """
     Everything that one wrench message gives.
 

@@ -48,7 +48,7 @@ def json_line(record: dict) -> str:
     return json.dumps(record, allow_nan=False)
 
 
-class Cycles:
+class Tries:
     """
     Makes a record of each try, ready for JSON, the same for node and replay; keeps none.
 

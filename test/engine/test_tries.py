@@ -15,7 +15,7 @@ from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.config.options import NodeOptions
 from peg_on_hole_ros.messages.beside_estimates import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.cycles import PAUSE_NS, PEG_CHANGE_NS, Cycles, json_line
+from peg_on_hole_ros.messages.tries import PAUSE_NS, PEG_CHANGE_NS, Tries, json_line
 from peg_on_hole_ros.monitor.output_row import NOTHING
 from peg_on_hole_ros.records import Rows
 from simulated import truth
@@ -52,7 +52,7 @@ class Told:
     """The tries of messages by stamp [ms], up to now."""
 
     def __init__(self, rows):
-        self._cycles, self.records = Cycles(), []
+        self._cycles, self.records = Tries(), []
         for t_ms, messages in rows:
             self.records += take(self._cycles, START + t_ms * MS, messages)
 
@@ -131,7 +131,7 @@ def test_a_search_beside_the_hole_is_no_try_and_its_time_is_that_of_the_next():
 
 def test_numbers_have_no_more_digits_than_they_mean():
     """Microseconds and millinewtons, whatever sums and stamps come to."""
-    tries = Cycles()
+    tries = Tries()
     came = {"contact_age": 1.0 / 3.0, "contact_latency": 1.0 / 3.0}
     take(tries, START, said("three_point", False, [100.0 / 3.0, 1e-4 / 3.0, 2.0], contact=came))
     take(tries, START + 333_333_333, said(normal=[1.0, 2.0, 2.0], overload=1))
@@ -174,7 +174,7 @@ def test_a_clock_that_goes_back_ends_a_try():
     assert outcomes == ["unfinished", "inserted", "unfinished"]
     assert [record["peak_normal"]["K"] for record in cycles.records] == [1.0, 2.0, None]
     # The one that ends is handed out where the fall is seen.
-    cycles = Cycles()
+    cycles = Tries()
     assert take(cycles, START, said("three_point")) == []
     (record,) = take(cycles, START - MS, said())
     assert record["outcome"] == "unfinished"
@@ -251,7 +251,7 @@ def test_outcomes_of_tries_that_do_not_go_in():
 
 
 def test_the_node_keeps_nothing_of_a_try_that_has_ended():
-    cycles, sizes, ended = Cycles(), [], 0
+    cycles, sizes, ended = Tries(), [], 0
     for k in range(3):
         start = START + k * 4 * PAUSE_NS
         take(cycles, start, said("three_point", flag=False, normal=[1.0, 2.0, 3.0], overload=2))

@@ -7,7 +7,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contact_probabilities import below
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, is_number
-from peg_on_hole_ros.monitor.tuned import DOWN_THE_HOLE, FOLLOWED_MOTION
+from peg_on_hole_ros.monitor.tuned import FOLLOWED_MOTION, REST_IN_HOLE
 from peg_on_hole_ros.typed_record import Record
 
 # On two points the tilt determines the depth (`hole_geometry.depth_at`). docs/jamming.md, "In
@@ -38,7 +38,7 @@ def _depth_slope(d: float, D: float, gamma: float, variance: float) -> float:
 
     Upright it has no bound: a tilt that is hardly known determines no depth, and must not seem to.
     """
-    return -depth_at(d, D, max(fabs(gamma), sqrt(max(variance, 0.0)), DOWN_THE_HOLE.upright))[1]
+    return -depth_at(d, D, max(fabs(gamma), sqrt(max(variance, 0.0)), REST_IN_HOLE.upright))[1]
 
 
 @compiled
@@ -72,14 +72,14 @@ def follow_depth(
     begun = followed.p00 > 0.0 and since >= 0.0
     slope = _depth_slope(d, D, followed.value if begun else tilt, 4.0 * variance)
     if not begun:
-        depth.rests = DOWN_THE_HOLE.begins
+        depth.rests = REST_IN_HOLE.begins
     # In the mean over a peg that rests, and keeps to that, and one that moves.
-    changes = DOWN_THE_HOLE.changes * sqrt(1.0 - depth.rests)
+    changes = REST_IN_HOLE.changes * sqrt(1.0 - depth.rests)
     acceleration = min(
         FOLLOWED_MOTION.turn_share * settings.forecast_acceleration_stddev, changes / slope
     )
     if begun:
-        carry(followed, since, acceleration, DOWN_THE_HOLE.lasts)
+        carry(followed, since, acceleration, REST_IN_HOLE.lasts)
         correct(followed, tilt - followed.value, variance, since, acceleration)
     else:
         begin(followed, tilt, variance, 1.0, acceleration * acceleration)
@@ -99,17 +99,17 @@ def _speed(depth: DepthTrend, d: float, D: float) -> tuple[float, float]:
 def _probability_of_rest(speed: float, variance: float) -> float:
     """Return the probability of rest against half of a normal distribution of speeds."""
     # What is pushed slides in, and not out.
-    wide = variance + DOWN_THE_HOLE.speed * DOWN_THE_HOLE.speed
-    odds = DOWN_THE_HOLE.begins / (1.0 - DOWN_THE_HOLE.begins) * sqrt(wide / variance)
+    wide = variance + REST_IN_HOLE.speed * REST_IN_HOLE.speed
+    odds = REST_IN_HOLE.begins / (1.0 - REST_IN_HOLE.begins) * sqrt(wide / variance)
     odds *= exp(max(-0.5 * speed * speed * (1.0 / variance - 1.0 / wide), -50.0))
-    odds /= 2.0 * max(below(speed * DOWN_THE_HOLE.speed / sqrt(variance * wide)), 1e-12)
-    return min(max(odds / (1.0 + odds), DOWN_THE_HOLE.least), 1.0 - DOWN_THE_HOLE.least)
+    odds /= 2.0 * max(below(speed * REST_IN_HOLE.speed / sqrt(variance * wide)), 1e-12)
+    return min(max(odds / (1.0 + odds), REST_IN_HOLE.least), 1.0 - REST_IN_HOLE.least)
 
 
 @compiled
 def rests(depth: DepthTrend) -> float:
     """Return the probability that a peg that is pushed rests; see `follow_depth`."""
-    return depth.rests if depth.tilt.p00 > 0.0 else DOWN_THE_HOLE.begins
+    return depth.rests if depth.tilt.p00 > 0.0 else REST_IN_HOLE.begins
 
 
 @compiled

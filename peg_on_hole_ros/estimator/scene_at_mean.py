@@ -2,8 +2,8 @@
 
 from math import atan2, exp, sqrt
 
-from peg_on_hole_ros.estimator.state import Places
-from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
+from peg_on_hole_ros.estimator.state import StatePlaces
+from peg_on_hole_ros.estimator.tuned import SCENE_AT_MEAN_BOUNDS
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
 
@@ -11,22 +11,22 @@ from peg_on_hole_ros.typed_record import Floats
 @compiled
 def within_closed_forms(scene: SceneScalars, gamma: float) -> float:
     """Return the tilt, kept where the closed forms of three contacts exist [rad]."""
-    bounds = OPEN_SCENE_BOUNDS
+    bounds = SCENE_AT_MEAN_BOUNDS
     return min(max(gamma, scene.gamma0 + bounds.nearest_tilt), bounds.steepest_tilt)
 
 
 @compiled
-def scene_at(scene: SceneScalars, x: Floats, places: Places, load: float) -> SceneScalars:
+def scene_at(scene: SceneScalars, x: Floats, places: StatePlaces, load: float) -> SceneScalars:
     """Return the scene with the clearance of a mean: as estimated, less the give under load."""
     if places.clearance < 0 and places.compliance < 0:
         return scene
     clearance = scene.D - scene.d
     if places.clearance >= 0:
-        most_log = OPEN_SCENE_BOUNDS.most_log_clearance
+        most_log = SCENE_AT_MEAN_BOUNDS.most_log_clearance
         clearance *= exp(min(max(x[places.clearance], -most_log), most_log))
     if places.compliance >= 0:
         left = clearance - x[places.compliance] * load
-        clearance = max(left, OPEN_SCENE_BOUNDS.least_clearance)
+        clearance = max(left, SCENE_AT_MEAN_BOUNDS.least_clearance)
     d = scene.D - clearance
     gamma0 = atan2(sqrt(clearance * (scene.D + d)), d)
     return SceneScalars(
@@ -45,7 +45,9 @@ def scene_at(scene: SceneScalars, x: Floats, places: Places, load: float) -> Sce
 
 
 @compiled
-def tilted_gravity(scene: SceneScalars, x: Floats, places: Places) -> tuple[float, float, float]:
+def tilted_gravity(
+    scene: SceneScalars, x: Floats, places: StatePlaces
+) -> tuple[float, float, float]:
     """Return gravity in the axes of the hole at its estimated tilt [m/s^2], three values."""
     if places.tilt < 0:
         return scene.g_x, scene.g_y, scene.g_z
@@ -59,7 +61,12 @@ def tilted_gravity(scene: SceneScalars, x: Floats, places: Places) -> tuple[floa
 
 @compiled
 def fill_clearance_jacobian(
-    scene: SceneScalars, x: Floats, places: Places, load: float, by_diameter: float, row: Floats
+    scene: SceneScalars,
+    x: Floats,
+    places: StatePlaces,
+    load: float,
+    by_diameter: float,
+    row: Floats,
 ) -> None:
     """
     Add the derivatives by clearance and compliance to a row of a Jacobian.
@@ -70,7 +77,7 @@ def fill_clearance_jacobian(
         The scene at the mean.
     x : ndarray
         The mean.
-    places : Places
+    places : StatePlaces
     load : float
         [N].
     by_diameter : float

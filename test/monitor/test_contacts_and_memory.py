@@ -7,11 +7,17 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor.contact_probabilities import no_knowledge
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
-from peg_on_hole_ros.monitor.down_the_hole import follow_depth
-from peg_on_hole_ros.monitor.evidence import show
-from peg_on_hole_ros.monitor.memory import Memory, begin_memory, forget, restart, restart_mode
+from peg_on_hole_ros.monitor.evidence import weigh_wrench
+from peg_on_hole_ros.monitor.memory import (
+    Memory,
+    begin_memory,
+    forget_contacts_and_loads,
+    restart,
+    restart_mode,
+)
 from peg_on_hole_ros.monitor.motion_now import Passed
 from peg_on_hole_ros.monitor.motion_trend import follow_motion
+from peg_on_hole_ros.monitor.rest_in_hole import follow_depth
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
@@ -50,7 +56,7 @@ def test_one_call_does_what_its_parts_do():
         last_ns, passed = row.t_ns, Passed(dt, since)
         nis = float(line.processor.engine.innovations.misfit) if on_contacts else -1.0
         f, shown = line.filter.record, evidence.shown
-        show(f, evidence, own.motion, settings, passed, nis, own.place, False)
+        weigh_wrench(f, evidence, own.motion, settings, passed, nis, own.place, False)
         assess_dangers(f, dangers, own.motion, own.depth, shown, settings, passed)
         for part in ("motion", "depth", "evidence", "dangers"):
             assert getattr(m, part).tobytes() == getattr(own, part).tobytes(), part
@@ -71,7 +77,7 @@ def test_one_call_does_what_its_parts_do():
         found += 1
     assert found > 600
     was = m.motion.tobytes()
-    forget(m)
+    forget_contacts_and_loads(m)
     np.testing.assert_array_equal(m.evidence.hypotheses, no_knowledge())
     assert m.motion.tobytes() == was
 
@@ -86,7 +92,7 @@ def fill(record, value):
 
 def test_what_an_estimate_before_showed_is_forgotten_with_it():
     memory, begun = new(Memory), new(Memory)
-    forget(begun)
+    forget_contacts_and_loads(begun)
     for part in (memory.evidence, memory.points, memory.motion, memory.depth, memory.dangers):
         if part.dtype.names:
             fill(part, 0.7)

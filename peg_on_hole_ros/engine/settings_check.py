@@ -28,7 +28,7 @@ from peg_on_hole_ros.typed_record import Floats
 _NOISE = "force_stddev", "torque_stddev"
 
 
-class Findings:
+class SettingsCheck:
     """
     Looks for settings that are wrong, and for what is right: walks all suspected settings.
 
