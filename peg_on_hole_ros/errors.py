@@ -1,7 +1,7 @@
 """The one error type that impossible input raises, and a remedy that several of them name."""
 
 # How many times its limit a value is, at least, that is taken for one of another unit.
-SLIPPED_RATIO = 5.0
+WRONG_PREFIX_RATIO = 5.0
 
 
 class PegOnHoleError(ValueError):
@@ -33,13 +33,17 @@ class BagDamaged(PegOnHoleError):
         super().__init__(f"{damage}; what lies before has been used")
 
 
-def slipped(value: float, unit: str, low: float, high: float) -> str:
+def wrong_prefix_remedy(value: float, unit: str, low: float, high: float) -> str:
     """
-    Return the remedy for a value in the thousandth unit; empty where it is just out of range.
+    Return the remedy where a value seems to be in thousandths, as mm for m; else empty.
 
-    Of such a value a thousandth is in range, and it is `SLIPPED_RATIO` times the limit or more.
+    A thousandth of it is in range, and it is `WRONG_PREFIX_RATIO` times the limit or more.
     """
-    far = value > SLIPPED_RATIO * high if value > high else value < -SLIPPED_RATIO * abs(low)
+    far = (
+        value > WRONG_PREFIX_RATIO * high
+        if value > high
+        else value < -WRONG_PREFIX_RATIO * abs(low)
+    )
     if not unit or not far or not low <= value / 1000 <= high:
         return ""
     return f"{value / 1000:g} {unit} would be: the units look slipped by 1000"

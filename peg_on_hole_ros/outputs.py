@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from peg_on_hole_ros.records import ACCURACIES, ANGLES, CONTACTS, WEIGHED_SETTINGS
+from peg_on_hole_ros.records import ACCURACIES, ANGLES, CONTACTS, UNOBSERVABLE_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, Matrix3, Matrix6, Record, Vector3, Vector6
 
 
@@ -323,12 +323,12 @@ class Row(Record):
     ]
     doubt: Annotated[
         Floats,
-        (len(WEIGHED_SETTINGS),),
+        (len(UNOBSERVABLE_SETTINGS),),
         _monitor(
             "N",
             "what a setting that is off would cost at the contact that moves most",
             _NOT_ON_THREE,
-            tuple(f"doubt_{name}" for name in WEIGHED_SETTINGS),
+            tuple(f"doubt_{name}" for name in UNOBSERVABLE_SETTINGS),
         ),
     ]
     accuracy_doubt: Annotated[

@@ -13,7 +13,7 @@ ALARM_LEVELS = ("OK", "WARN", "ERROR")
 WRENCH_COMPONENTS = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
 # Settings that a motion may not determine, by what each would cost; `diagnosis.suspected` has
 # them in `unobservable`.
-WEIGHED_SETTINGS = (
+UNOBSERVABLE_SETTINGS = (
     "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
     "lever",
 )  # fmt: skip

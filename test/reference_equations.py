@@ -7,7 +7,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.estimator import state
-from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
+from peg_on_hole_ros.estimator.friction_direction import (
+    friction_direction_statistics,
+    slip_statistics,
+)
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import SCENE_AT_MEAN_BOUNDS
@@ -162,7 +165,7 @@ def contact(
     Return the six equations at a mean, and the noise of friction whose direction is unknown.
 
     Slopes are taken at the wrench with which the equations hold, whose noise is not the sensor's.
-    The last but one is how far the slip may point elsewhere, see `direction.direction_moments`.
+    The last but one is how far the slip may point elsewhere, see `friction_direction_statistics`.
 
     Parameters
     ----------
@@ -181,7 +184,7 @@ def contact(
     geometry = contact_geometry(scene, np.clip(x[0], *_tilts(scene)))
     scales, left = np.zeros(3), np.zeros(3)
     forms = ClosedForms(*geometry[1:])
-    turned = direction_moments.py_func(
+    turned = friction_direction_statistics.py_func(
         _scalars(scene), forms, x, P, cell.settings.direction_share, scales, left
     )
     residual = -_balance(cell, x, u, load, scales)
@@ -237,7 +240,7 @@ def two_points(
 
     scene, gamma, arms, faces, slips = geometry(x)
     zeta = np.array([-np.sin(gamma), 0, np.cos(gamma)])
-    moments = [slip_moments.py_func(J, x, P, o.direction_share) for J in slips]
+    moments = [slip_statistics.py_func(J, x, P, o.direction_share) for J in slips]
     m, Ie, Iz = scene.peg_mass, scene.transverse_inertia, scene.axial_inertia
     up, across = np.array([0, 0, 1.0]), np.array([0, -1.0, 0])
     tensor = Ie * np.eye(3) + (Iz - Ie) * np.outer(zeta, zeta)

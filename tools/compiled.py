@@ -38,7 +38,7 @@ from peg_on_hole_ros.messages.warm_up import warm  # noqa: E402
 from peg_on_hole_ros.records import WrenchSample  # noqa: E402
 from peg_on_hole_ros.replay.run import stored_configuration  # noqa: E402
 from peg_on_hole_ros.sim.truth import integrate  # noqa: E402
-from peg_on_hole_ros.study import limit, runs, scenes  # noqa: E402
+from peg_on_hole_ros.study import cost_floor, runs, scenes  # noqa: E402
 from peg_on_hole_ros.study.chart import ESTIMATORS, WRENCH_RATES  # noqa: E402
 from simulated import contact_plan, plan  # noqa: E402
 
@@ -65,7 +65,7 @@ def estimator() -> None:
     for each in ESTIMATORS:
         if each.rate == WRENCH_RATES[0]:
             runs.run(told, samples[:FEW], perf_counter, each.make)
-    limit.arithmetic(told, samples[:FEW], perf_counter)
+    cost_floor.arithmetic(told, samples[:FEW], perf_counter)
     _steps(configuration)
     joints = PegJoints(configuration.joints)
     wrenches = [sample for sample in samples if isinstance(sample, WrenchSample)]

@@ -190,7 +190,7 @@ def arrivals_of(
     batch: Batch, sources: Mapping[str, str], joints: JointInput, orientation: JointOrientation
 ) -> Arrivals:
     """
-    Return the messages of a batch in their order; those of other topics are not sound.
+    Return messages in their order; those of other topics are marked as not usable.
 
     Parameters
     ----------

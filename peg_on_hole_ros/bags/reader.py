@@ -305,7 +305,7 @@ class Bag:
         with OpenFiles([scan.path for scan in self._scans], self._most) as files:
 
             def load(block):
-                rows = block.in_place(files.rows(block))
+                rows = block.with_log_times_repaired(files.rows(block))
                 return part_of(block.file, rows, decoders[block.file], layouts, self._most)
 
             yield from in_order(self._blocks, load)

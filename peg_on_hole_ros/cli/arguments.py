@@ -5,7 +5,7 @@ import argparse
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.safe_text import cut, printable
-from peg_on_hole_ros.startup.one_line import PROGRAM
+from peg_on_hole_ros.startup.exit_codes import PROGRAM
 
 # Values that may begin with a minus sign, which argparse would take for an option.
 _SIGNED = ("--state", "--wrench")

@@ -11,13 +11,13 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
 from peg_on_hole_ros.bags.truth import RecordedTruth, read_truth
-from peg_on_hole_ros.cli.places import check_places
+from peg_on_hole_ros.cli.output_paths import check_output_paths
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load, remark
 from peg_on_hole_ros.config.configuration import BY_NAME, check_topics, checked
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
-from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import stored_configuration, stored_options
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, urdf_path
 from peg_on_hole_ros.safe_text import printable
@@ -96,7 +96,7 @@ AS_IT_IS = Reading()
 
 
 def open_bag(path: str | Path, most_chunk: int = MOST_CHUNK) -> Bag:
-    """Read a bag through, with progress, and say which files of its folder are none of its."""
+    """Read a bag through, with progress, and name files beside it that are not part of it."""
     with ProgressBar(f"reading {path}") as progress:
         bag = Bag(path, progress, most_chunk)
     if bag.unnamed:
@@ -125,7 +125,7 @@ def open_recording(
     config : str or None
         ROS 2 parameters file; None: what the bag carries, or the defaults.
     bags, texts : iterable of str or None
-        Outputs, see `check_places`.
+        Outputs, see `check_output_paths`.
     reading : Reading
 
     Raises
@@ -138,13 +138,13 @@ def open_recording(
     configuration, node = load(config)
     given = [] if config is None else [config]
     read = [*bag_files(path).read(), *given, *_described_by(configuration)]
-    check_places(read, bags, texts)
+    check_output_paths(read, bags, texts)
     bag = open_bag(path, reading.most_chunk)
     stored = None if given else configuration_in(bag, reading.any_urdf)
     if stored is not None:
         configuration, node = stored, stored_options(bag) or node
-        check_places(_described_by(configuration), bags, texts)
-    configuration, line = settled(bag, reading.of_topics(configuration))
+        check_output_paths(_described_by(configuration), bags, texts)
+    configuration, line = completed_settings(bag, reading.of_topics(configuration))
     if line:
         print_line(line)
     return ConfiguredBag(bag, configuration, node, stored is not None)

@@ -6,12 +6,12 @@ from collections import Counter
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli import calibration_text
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
+from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.cli.payload import found_payload
-from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.presses import found_axes
 from peg_on_hole_ros.cli.progress import ProgressBar
-from peg_on_hole_ros.cli.sound_samples import sound_orientations, sound_wrenches, take_wrench
 from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.cli.usable_samples import sound_orientations, sound_wrenches, take_wrench
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import read_parameters, write_parameters

@@ -38,7 +38,7 @@ CALIBRATED_PARAMETERS = (
 # Turns both ways tell the clearance below so many times gamma0 (docs/command_line.md).
 NEAR_TILT = 2.0
 # Of a wrench's noise: a bias that is known better than this needs no states.
-WORTH = 0.1
+NEGLIGIBLE_BIAS_SHARE = 0.1
 SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
 
 
@@ -58,7 +58,7 @@ def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object
         ("bias_torque", wrench.torque_stddev),
     ):
         stddev = _of_components(found, bias)
-        if stddev > WORTH * noise:
+        if stddev > NEGLIGIBLE_BIAS_SHARE * noise:
             values[f"wrench.{bias}_stddev"] = _short(stddev)
     return values
 

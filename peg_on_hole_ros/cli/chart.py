@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from time import thread_time
 
+from peg_on_hole_ros.cli.output_paths import out_folder
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
-from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table

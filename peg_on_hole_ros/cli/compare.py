@@ -12,12 +12,12 @@ from peg_on_hole_ros.bags.estimates import QUANTITIES, Output, same_message
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.cli.bag_and_configuration import open_bag
-from peg_on_hole_ros.cli.places import check_places, write_text
+from peg_on_hole_ros.cli.output_paths import check_output_paths, write_text
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.report.comparison_page import Overlay, comparison_page
 from peg_on_hole_ros.report.page import library
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Print a table of differences; exit code 4 if a bag was cut off or damaged."""
     first, second = _names(arguments)
     inputs = filter(None, (arguments.a, arguments.b, arguments.bag))
-    check_places(inputs, texts=[arguments.report])
+    check_output_paths(inputs, texts=[arguments.report])
     overlay = None
     if arguments.report:
         library()  # Missing, it is told before the work.
@@ -81,7 +81,7 @@ def _two_replays(path, config_a, config_b, overlay):
         outputs = []
         for name, (configuration, node) in zip("ab", settings):
             out = Path(folder) / f"{name}.mcap"
-            replay(bag, settled(bag, configuration).configuration, node, out=out)
+            replay(bag, completed_settings(bag, configuration).configuration, node, out=out)
             outputs.append(Bag(out))
         return compare(*outputs, overlay=overlay), bag.damage, settings[0][0]  # type: ignore[arg-type, misc]
 

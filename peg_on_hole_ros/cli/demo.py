@@ -20,7 +20,7 @@ from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_tab
 from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.writer import configuration_metadata
 from peg_on_hole_ros.cli.bag_and_configuration import open_bag, truth_in
-from peg_on_hole_ros.cli.places import check_places, out_folder
+from peg_on_hole_ros.cli.output_paths import check_output_paths, out_folder
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.configuration import to_parameters
@@ -72,7 +72,7 @@ def run(path: str, rate: float, out: str) -> None:
     folder, name = out_folder(out), bag.path.stem
     recorded, picture = folder / f"{name}.mcap", folder / f"{name}.png"
     places = [str(picture), str(folder / "node.log")]
-    check_places(bag_files(path).read(), [str(recorded)], places)
+    check_output_paths(bag_files(path).read(), [str(recorded)], places)
     wrenches, seconds = _play(bag, rate, folder, recorded, configuration)
     print(f"played {wrenches} wrenches in {seconds:.1f} s into the node over DDS")
     unfit = ", ".join(f"{count} on {topic}" for topic, count in bag.undecodable.items())

@@ -21,7 +21,7 @@ from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.replay.advice import InputOddities, apart, remedy, shifted
-from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
 from peg_on_hole_ros.replay.topic_findings import two_robots
 from peg_on_hole_ros.replay.would_use import WouldUse
@@ -72,7 +72,7 @@ def _stored(bag, default, reading):
 def _whole(bag, configuration, orientation):
     """Return the same with what the bag adds: the robot's description, the sensor's pose."""
     try:
-        whole, line = settled(bag, configuration)
+        whole, line = completed_settings(bag, configuration)
         if line:
             print_line(line)
         if whole.joints != configuration.joints:

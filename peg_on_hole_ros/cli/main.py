@@ -12,9 +12,9 @@ import sys
 
 from peg_on_hole_ros.cli.arguments import parsed
 from peg_on_hole_ros.cli.compiling import compiling_shown
-from peg_on_hole_ros.cli.streams import readers_may_go
+from peg_on_hole_ros.cli.terminal_output import ignore_broken_pipes
+from peg_on_hole_ros.startup.exit_codes import exit_code
 from peg_on_hole_ros.startup.interrupt import ended_by_signals
-from peg_on_hole_ros.startup.one_line import exit_code
 
 # New objects between two looks for garbage; Python's own is 700.
 _GARBAGE = 50_000
@@ -22,7 +22,7 @@ _GARBAGE = 50_000
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code; an error is one line on stderr."""
-    with readers_may_go():
+    with ignore_broken_pipes():
         return exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments))
 
 

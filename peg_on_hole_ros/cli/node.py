@@ -9,7 +9,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 
 
 def run(arguments: argparse.Namespace) -> NoReturn:
-    """Run the node until it is stopped; `--config` becomes what ROS 2 has for it."""
+    """Run the node until it is stopped; `--config` is given to it as ROS's parameters file."""
     file = []
     check_path(arguments.config)
     if arguments.config is not None:

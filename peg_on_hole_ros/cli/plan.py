@@ -2,11 +2,11 @@
 
 from argparse import Namespace
 
+from peg_on_hole_ros.cli.output_paths import check_output_paths, out_folder, write_text
 from peg_on_hole_ros.cli.pictures import needed, save
-from peg_on_hole_ros.cli.places import check_places, out_folder, write_text
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import to_json
-from peg_on_hole_ros.mechanics.planning.profile import profile
+from peg_on_hole_ros.mechanics.planning.load_profile import profile
 from peg_on_hole_ros.mechanics.planning.search import plan_motion, remedies
 from peg_on_hole_ros.mechanics.planning.words import as_data, in_words
 
@@ -19,7 +19,7 @@ def run(arguments: Namespace) -> int:
         needed()
         folder = out_folder(arguments.out, arguments.config)
         names = [str(folder / f"plan.{kind}") for kind in ("json", "png", "svg")]
-        check_places([arguments.config], texts=names)
+        check_output_paths([arguments.config], texts=names)
     scene, cell, limits = configuration.scene, configuration.plan, configuration.monitor.max_normal
     plan = plan_motion(scene, cell, limits)
     others = () if plan.possible else remedies(scene, cell, limits)

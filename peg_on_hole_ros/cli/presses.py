@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.cli.progress import ProgressBar
-from peg_on_hole_ros.cli.sound_samples import sound_wrenches, take_wrench
+from peg_on_hole_ros.cli.usable_samples import sound_wrenches, take_wrench
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.presses import Presses, axes_of, find_axes, held_orientation

@@ -20,16 +20,16 @@ from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.storage.rosbag2_folder import is_folder_name, rosbag2_folder
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording, truth_in
-from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
-from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
+from peg_on_hole_ros.diagnosis.guarded_looks import Failures, GuardedLook
 from peg_on_hole_ros.diagnosis.suspected.unobservable import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX
 from peg_on_hole_ros.messages.tries import json_line
-from peg_on_hole_ros.monitor.pose_only import LINE as UNJUDGED
+from peg_on_hole_ros.monitor.pose_only import MODES_OFF as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.advice import other_units
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
@@ -254,7 +254,7 @@ class _Page:
         tracks = Tracks()
         made = tracks, Inputs(configuration, tracks)
         self.failures = Failures(Counter())
-        self._drawn = Fenced("report", lambda: made, self.failures)
+        self._drawn = GuardedLook("report", lambda: made, self.failures)
 
     def take(self, columns):
         self._drawn(lambda both: [each.take(columns) for each in both], None)

@@ -4,7 +4,7 @@ import sys
 
 from peg_on_hole_ros.config.configuration import (
     from_parameters,
-    half_stated,
+    half_stated_zero,
     node_options,
     superseded,
 )
@@ -40,6 +40,6 @@ def check_path(path: str | None) -> None:
 
 def remark(configuration: Configuration) -> None:
     """Say what can be used and may not be meant."""
-    half = half_stated(configuration)
+    half = half_stated_zero(configuration)
     if half:
         print(f"configuration: {half}", file=sys.stderr)

@@ -3,7 +3,7 @@
 from argparse import Namespace
 
 from peg_on_hole_ros.bags.simulated_bag import write_bag
-from peg_on_hole_ros.cli.places import check_places
+from peg_on_hole_ros.cli.output_paths import check_output_paths
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.simulation_file import read_plan
 from peg_on_hole_ros.sim.truth import integrate
@@ -11,7 +11,7 @@ from peg_on_hole_ros.sim.truth import integrate
 
 def run(arguments: Namespace) -> int:
     """Integrate the truth, measure it, write the bag; say how it ended."""
-    check_places([arguments.config], bags=[arguments.out])
+    check_output_paths([arguments.config], bags=[arguments.out])
     plan = read_plan(arguments.config)
     with ProgressBar("simulating") as progress:
         truth = integrate(plan, progress)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from peg_on_hole_ros.cli import sides
+from peg_on_hole_ros.cli import solve_unknowns
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -46,8 +46,8 @@ def _any_side(scene, state, arguments):
             "as --known F_x=...,M_z=... in the axes of --frame"
         )
     frame = arguments.frame or "hole"
-    result = sides.solve(scene, state, arguments.unknown, arguments.known or [], frame)
-    print(to_json(result) if arguments.json else sides.text(result))
+    result = solve_unknowns.solve(scene, state, arguments.unknown, arguments.known or [], frame)
+    print(to_json(result) if arguments.json else solve_unknowns.text(result))
     return 0
 
 

@@ -4,9 +4,9 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import asdict
 
+from peg_on_hole_ros.cli.output_paths import out_folder
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
-from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table

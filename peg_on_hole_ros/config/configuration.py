@@ -14,7 +14,7 @@ from typing import Any
 
 from peg_on_hole_ros.config.options import Configuration, NodeOptions, Topics
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
-from peg_on_hole_ros.errors import PegOnHoleError, slipped
+from peg_on_hole_ros.errors import PegOnHoleError, wrong_prefix_remedy
 from peg_on_hole_ros.safe_text import MOST_SHOWN, cut, printable, shown
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
@@ -211,7 +211,7 @@ def _within(row, name, value):
         per = " a second" if row.unit == "rad/s" else ""
         remedy = f"degrees? {value:g} of them{per} are {radians(value):.6g}{unit}"
     elif isfinite(value):
-        remedy = slipped(value, row.unit, row.low, row.high) or remedy
+        remedy = wrong_prefix_remedy(value, row.unit, row.low, row.high) or remedy
     raise PegOnHoleError(
         f"{name} = {value:g}{unit} is not within {row.low:g} to {row.high:g}{unit}; {remedy}"
     )
@@ -248,7 +248,7 @@ def spaced(text: str) -> str:
     return f"a colon needs a space behind it: '{written}'"
 
 
-def half_stated(configuration: Configuration) -> str:
+def half_stated_zero(configuration: Configuration) -> str:
     """Return what is stated of a sensor's zero by half, and what that means, or nothing."""
     wrench = configuration.wrench
     force, torque = wrench.bias_force_stddev, wrench.bias_torque_stddev

@@ -40,7 +40,7 @@ class BalanceModel(Record):
 
 
 @compiled
-def peg_in_hole(q: np.ndarray, R: np.ndarray) -> None:
+def fill_peg_axes(q: np.ndarray, R: np.ndarray) -> None:
     """Fill R_HP, peg axes in hole axes, shape (3, 3)."""
     rotation = peg_rotation(peg_turns(q[0], q[1], q[2]))
     for i in range(3):
@@ -238,7 +238,7 @@ def likelihood(
 
 
 @compiled
-def friction_step(
+def friction_increment(
     model: BalanceModel, slope: np.ndarray, y: np.ndarray, noise: np.ndarray
 ) -> float:
     """
@@ -281,7 +281,7 @@ def friction_step(
 @compiled
 def unexplained(y: np.ndarray, weight: float, noise: np.ndarray, lever: float) -> float:
     """
-    Return the log likelihood of a wrench that is anything, or of one that is a couple alone.
+    Return the log likelihood of a wrench under no model, or of a couple alone.
 
     A peg in a hole that nothing pushes carries a couple beside its weight, and no force.
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import WrenchInput
-from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_COSTS
+from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_PRIORS
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rotation_from_rpy, rpy_of
 from peg_on_hole_ros.typed_record import Matrix3, Record, new
 
@@ -32,7 +32,7 @@ _LEFT_HANDED = {
 }
 
 
-class WrenchMeaning(Record):
+class WrenchTransform(Record):
     """
     What a wrench may mean, for compiled code.
 
@@ -65,7 +65,7 @@ class Hypothesis(NamedTuple):
         In which they differ from the stated ones, as `name: value`, or the units, or the axes.
     cost : float
         Before anything is measured [nats].
-    meaning : WrenchMeaning
+    meaning : WrenchTransform
     mirrored : str
         How its axes are left-handed, where that is what it means; else empty.
     left_handed : bool
@@ -76,7 +76,7 @@ class Hypothesis(NamedTuple):
     options: WrenchInput
     settings: tuple[str, ...]
     cost: float
-    meaning: WrenchMeaning
+    meaning: WrenchTransform
     mirrored: str
     left_handed: bool
 
@@ -137,7 +137,7 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
         settings.append(f"wrench.sensor_rpy: {[round(angle, 4) for angle in options.sensor_rpy]}")
         # One of so many turns.
         spread = log(23)
-    meaning = new(WrenchMeaning)
+    meaning = new(WrenchTransform)
     meaning.force_factor = meaning.torque_factor = 1.0
     for name, (factor, unit) in units.items():
         settings.append(f"unit of the {name} read as {unit}")
@@ -148,7 +148,7 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
     if mirror:
         axes = axes @ _LEFT_HANDED[mirror]
     meaning.axes[:] = -axes if options.acts_on == "robot" else axes
-    one, more = HYPOTHESIS_COSTS
+    one, more = HYPOTHESIS_PRIORS
     cost = one + more * (len(settings) - 1) + spread if settings else 0.0
     turned = options.sensor_rpy != stated.sensor_rpy and options.acts_on != stated.acts_on
     return Hypothesis(options, tuple(settings), cost, meaning, mirror, bool(mirror) or turned)

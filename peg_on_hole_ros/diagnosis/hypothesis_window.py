@@ -11,10 +11,10 @@ from peg_on_hole_ros.diagnosis.balance import (
     BalanceModel,
     contact_columns,
     fill_moment,
+    fill_peg_axes,
     free_columns,
-    friction_step,
+    friction_increment,
     likelihood,
-    peg_in_hole,
     prepare,
     unexplained,
 )
@@ -27,7 +27,7 @@ from peg_on_hole_ros.typed_record import Floats, Matrix3, Record, Vector3, Vecto
 _MODEL = dtype_of(BalanceModel)
 
 
-class Looked(IntEnum):
+class LookLevel(IntEnum):
     """How far a wrench of the window is looked at."""
 
     EMPTY = -1  # there is none yet
@@ -38,7 +38,7 @@ class Looked(IntEnum):
     TRIED_WITH_RATES = 4
 
 
-class LookedAt(Record):
+class WindowWrench(Record):
     """
     One wrench of the window.
 
@@ -50,7 +50,7 @@ class LookedAt(Record):
         [N], [N m].
     q : shape (3,)
         gamma, psi, phi [rad].
-    looked : Looked
+    looked : LookLevel
     left : float
         Squares of what is left of it as stated, see `Explained`.
 
@@ -59,7 +59,7 @@ class LookedAt(Record):
     t: float
     wrench: Vector6
     q: Vector3
-    looked: Looked
+    looked: LookLevel
     left: float
 
 
@@ -136,17 +136,17 @@ def take(
     judged: bool,
 ) -> bool:
     """
-    Look at the newest wrench, and anew at the one whose rates are known by it.
+    Evaluate the newest wrench, and once more the one whose rates it gives.
 
     Parameters
     ----------
-    rows : ndarray of LookedAt, shape (kept,)
+    rows : ndarray of WindowWrench, shape (kept,)
         A ring; the newest is filled in but for what was looked at.
     balances : ndarray of Explained, shape (kept, n)
         Under each hypothesis; filled.
     at : int
         Place of the newest; the next is the oldest.
-    meanings : ndarray of WrenchMeaning, shape (n,)
+    meanings : ndarray of WrenchTransform, shape (n,)
         The hypotheses; the first is what is stated.
     cell : ndarray of KnownCell, shape (1,)
     judged : bool
@@ -158,18 +158,18 @@ def take(
         Whether wrenches surprise, more than noise does: else no other hypothesis is looked at.
 
     """
-    rows[at].looked = Looked.NOT
+    rows[at].looked = LookLevel.NOT
     _look(rows, balances, at, meanings[:1], cell[0])
     _look(rows, balances, (at - LOOK_WINDOW.side) % LOOK_WINDOW.kept, meanings[:1], cell[0])
     odd = kept = 0
     for k in range(LOOK_WINDOW.kept):
-        looked = rows[k].looked > Looked.NOT
+        looked = rows[k].looked > LookLevel.NOT
         kept += looked
         odd += looked and rows[k].left > LOOK_WINDOW.surprise
     surprising = odd > LOOK_WINDOW.share * kept
     if surprising and judged:
         for k in range(LOOK_WINDOW.kept):
-            if Looked.NOT < rows[k].looked < Looked.TRIED:
+            if LookLevel.NOT < rows[k].looked < LookLevel.TRIED:
                 _look(rows, balances, k, meanings, cell[0])
     return surprising
 
@@ -189,7 +189,7 @@ def _rates(rows, at, rates):
         i = (at + k) % LOOK_WINDOW.kept
         t = rows[i].t - middle
         # Of a ring that is not full, or of what came before a pause.
-        if rows[i].looked == Looked.EMPTY or not before < t or fabs(t) > 0.2:
+        if rows[i].looked == LookLevel.EMPTY or not before < t or fabs(t) > 0.2:
             return -1.0
         before = t
         spread += t * t
@@ -204,12 +204,12 @@ def _rates(rows, at, rates):
 def _look(rows, balances, at, meanings, cell):
     """Fill in likelihoods of one wrench, see `take`."""
     row = rows[at]
-    if row.looked == Looked.EMPTY:
+    if row.looked == LookLevel.EMPTY:
         return
     p, sensor, noise = scene_of(cell.scene), cell.sensor, cell.noise
     q, wrench, rates = row.q, row.wrench, np.zeros(3)
     R = np.empty((3, 3))
-    peg_in_hole(q, R)
+    fill_peg_axes(q, R)
     unsure = _rates(rows, at, rates)
     moving = unsure >= 0.0
     # Ahead of what is at rest, and of the noise of the angles.
@@ -267,7 +267,7 @@ def _look(rows, balances, at, meanings, cell):
             if step >= MODELS:
                 if step == MODELS:
                     f = cell.frictions[nearest - 1]
-                f += friction_step(models[nearest], slope, y, noise)
+                f += friction_increment(models[nearest], slope, y, noise)
                 f = min(max(f, cell.frictions[likely]), cell.frictions[-1])
                 contact_columns(p, sensor, q, rates, slowest, f, columns)
                 prepare(columns, reactions, noise, models[k])
@@ -290,9 +290,9 @@ def _look(rows, balances, at, meanings, cell):
         balance.likelihood, balance.left, balance.unbalanced = best, fits, least
     row.left = balances[at, 0].left
     if len(meanings) > 1:
-        row.looked = Looked.TRIED_WITH_RATES if moving else Looked.TRIED
+        row.looked = LookLevel.TRIED_WITH_RATES if moving else LookLevel.TRIED
     else:
-        row.looked = Looked.WITH_RATES if moving else Looked.ALONE
+        row.looked = LookLevel.WITH_RATES if moving else LookLevel.ALONE
 
 
 @compiled
@@ -313,16 +313,16 @@ def _axes(R, meant, base, turn):
 
 def new_window(hypotheses: int) -> tuple[np.ndarray, np.ndarray]:
     """Return an empty window, and room for its balances under so many hypotheses."""
-    rows = np.zeros(LOOK_WINDOW.kept, dtype_of(LookedAt))
-    rows["looked"] = Looked.EMPTY
+    rows = np.zeros(LOOK_WINDOW.kept, dtype_of(WindowWrench))
+    rows["looked"] = LookLevel.EMPTY
     return rows, np.zeros((LOOK_WINDOW.kept, hypotheses), dtype_of(Explained))
 
 
 def tried(rows: np.ndarray) -> np.ndarray:
     """Return which rows were looked at under every hypothesis."""
-    return rows["looked"] >= Looked.TRIED
+    return rows["looked"] >= LookLevel.TRIED
 
 
 def full(rows: np.ndarray) -> bool:
     """Return whether as many are kept as there is room for."""
-    return bool(rows["looked"].min() > Looked.EMPTY)
+    return bool(rows["looked"].min() > LookLevel.EMPTY)

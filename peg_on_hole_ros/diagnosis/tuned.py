@@ -23,7 +23,7 @@ class LookTimes(NamedTuple):
     first: int = 10
 
 
-class HypothesisCosts(NamedTuple):
+class HypothesisPriors(NamedTuple):
     """
     What a wrong setting costs before anything is measured.
 
@@ -412,7 +412,7 @@ class UnobservableTest(NamedTuple):
 
 
 LOOK_TIMES = LookTimes()
-HYPOTHESIS_COSTS = HypothesisCosts()
+HYPOTHESIS_PRIORS = HypothesisPriors()
 WRENCH_BALANCE = WrenchBalance()
 LOOK_WINDOW = LookWindow()
 ROUNDING_STEPS = RoundingSteps()
@@ -430,7 +430,7 @@ class DiagnosisNumbers(NamedTuple):
     """All of them, by subject."""
 
     look_times: LookTimes = LOOK_TIMES
-    hypothesis_costs: HypothesisCosts = HYPOTHESIS_COSTS
+    hypothesis_priors: HypothesisPriors = HYPOTHESIS_PRIORS
     wrench_balance: WrenchBalance = WRENCH_BALANCE
     look_window: LookWindow = LOOK_WINDOW
     rounding_steps: RoundingSteps = ROUNDING_STEPS

@@ -28,7 +28,7 @@ class AnnouncedMotion:
         self.what = what if what in MODES else ""
         self._since_ns = None
 
-    def judged(self, outputs: OutputView) -> OutputView:
+    def without_announced_alarms(self, outputs: OutputView) -> OutputView:
         """Return outputs in which what is expected is no alarm; notice whether it has come."""
         if not self.what:
             return outputs

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant
 from peg_on_hole_ros.engine import arrival_order, ring
 from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.processor import Processor
@@ -19,7 +19,7 @@ from peg_on_hole_ros.engine.push import (
     push,
     room_for,
 )
-from peg_on_hole_ros.engine.settings_check import SettingsCheck
+from peg_on_hole_ros.engine.settings_against_data import SettingsAgainstData
 from peg_on_hole_ros.engine.snapshots import in_use
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
@@ -52,12 +52,12 @@ class Engine:
     counts : Counter
         Counted up: what looks at the settings, and requests.
     offline : bool
-        See `SettingsCheck`.
+        See `SettingsAgainstData`.
 
     Attributes
     ----------
     processor : Processor
-    settings_check : SettingsCheck
+    settings_against_data : SettingsAgainstData
     latest : OutputView or None
         Of the last wrench, where that gave some.
 
@@ -72,7 +72,7 @@ class Engine:
     ) -> None:
         self.configuration, self._make, self._counts = configuration, make, counts
         self.processor = Processor(configuration, make)
-        self.settings_check = SettingsCheck(
+        self.settings_against_data = SettingsAgainstData(
             configuration, self.processor.reduction, counts, offline
         )
         self._order = arrival_order.new_order(configuration)
@@ -170,7 +170,7 @@ class Engine:
         seen, stop = (0, 0), Stop.LOOK
         while stop not in _ENDS:
             batch["by_hand"] = not self.processor.in_one_piece
-            batch["due_ns"], batch["due_until_ns"] = self.settings_check.due
+            batch["due_ns"], batch["due_until_ns"] = self.settings_against_data.due
             stop = Stop(push(self._memory, self._batch, arrivals, given))
             if stop not in _BY_HAND:
                 seen = self._note(arrivals, given, *seen)
@@ -183,7 +183,7 @@ class Engine:
         now = int(self._batch[0]["taken"]), int(self._batch[0]["rows"])
         if now[0] > taken:
             t_ns, which = given.taken_ns[taken : now[0]], given.taken[taken : now[0]]
-            self.settings_check.pass_by(t_ns, arrivals.wrenches[which])
+            self.settings_against_data.take_every_wrench(t_ns, arrivals.wrenches[which])
         if now[1] > rows:
             some = slice(rows, now[1])
             self._note_rows(Rows(given.t_ns[some], given.rows[some]))
@@ -196,14 +196,14 @@ class Engine:
         # Of an upright peg the estimate may be below zero by its noise; a tilt is not.
         tilt = rows.values["state"][:, 0]
         np.maximum(tilt, 0.0, out=tilt)
-        if self.settings_check.unsure:
+        if self.settings_against_data.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
-        self.settings_check.count(len(rows.t_ns))
-        costs = self.settings_check.costs
-        if costs is not None:
+        self.settings_against_data.count(len(rows.t_ns))
+        reaction_errors = self.settings_against_data.reaction_errors
+        if reaction_errors is not None:
             rests = rows.values["contact_mode"] == Mode.THREE_POINT
-            rows.values["doubt"] = np.where(rests[:, None], costs, np.nan)
+            rows.values["doubt"] = np.where(rests[:, None], reaction_errors, np.nan)
         self.latest = OutputView(int(rows.t_ns[-1]), rows.values[-1])
         self._flag = self.latest.transition
 
@@ -245,18 +245,18 @@ class Engine:
         still = self.processor.wrench_stands_still
         if latest is not None and latest.row["contact_mode"] == Mode.THREE_POINT:
             known = latest.row["reactions_determined"] == 1.0
-            self.settings_check.take_estimate(sample.t_ns, self.processor.filter, known)
+            self.settings_against_data.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
-            self.settings_check.lift()
+            self.settings_against_data.leave_three_contacts()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
-        if not self.settings_check.take(Moment(sample, measured, still, in_air)):
+        if not self.settings_against_data.take(Instant(sample, measured, still, in_air)):
             return False
         self._use_found()
         return True
 
     def _use_found(self):
         """Begin anew from the newest orientation, by other settings of the wrench."""
-        self.configuration = self.settings_check.as_found(self.configuration)
+        self.configuration = self.settings_against_data.as_found(self.configuration)
         self._counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
         self._ring = ring.with_room(self._ring, self.processor.filter.state)
@@ -266,11 +266,11 @@ class Engine:
             # It was used before.
             self._counts["joints_used"] -= 1
         reduction = self.processor.reduction
-        self.settings_check.look(self.configuration, reduction, reduction.taken_off)
+        self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Use another pose of the sensor, before the first wrench [m], [rad]."""
-        self.settings_check.mount(xyz, rpy)
+        self.settings_against_data.mount(xyz, rpy)
         self._use_found()
         ring.empty(self._ring, int(self._ring.places[0]["kept_from_ns"]))
 
@@ -285,7 +285,7 @@ class Engine:
         ring.restart(self._ring)
         arrival_order.restart(self._order[0])
         self.latest = None
-        self.settings_check.restart()
+        self.settings_against_data.restart()
 
     def reset(self) -> None:
         """Restart, and forget what was learnt; no stamp is published twice."""
@@ -299,19 +299,19 @@ class Engine:
         # Wrenches before a tare cannot be processed again after it.
         self._forget_past()
         taken = self.processor.tare(samples)
-        self.settings_check.forget_zero()
-        self.settings_check.look(self.configuration, self.processor.reduction, taken)
+        self.settings_against_data.forget_zero()
+        self.settings_against_data.look(self.configuration, self.processor.reduction, taken)
         return taken
 
     def retune(self, configuration: Configuration) -> None:
         """Use other settings from here on, of those that may change while a node is active."""
         self._forget_past()
-        restated = self.settings_check.restate(configuration.wrench)
-        self.configuration = self.settings_check.as_found(configuration)
+        restated = self.settings_against_data.restate(configuration.wrench)
+        self.configuration = self.settings_against_data.as_found(configuration)
         self.processor.retune(self.configuration)
         if restated:
             reduction = self.processor.reduction
-            self.settings_check.look(self.configuration, reduction, reduction.taken_off)
+            self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
 
     def use_robot_description(self, configuration: Configuration) -> None:
         """Use what the robot's description makes known, before the first message is used."""

@@ -25,7 +25,7 @@ def why_not_free(
     payload_unknown: bool = False,
 ) -> str:
     """
-    Return why nothing shows a peg that hangs free and still, or nothing where something does.
+    Return why a peg is not shown to hang free and still; empty: it is.
 
     A free peg is shown by a contact mode that has been `open` for `TARE.least_ns`, or by a reading
     that is its weight and a plausible zero; that it is still, by joint states.
@@ -109,7 +109,7 @@ def _not_its_weight(samples, processor, payload_unknown):
 
 def plausible_zero(configuration: Configuration, count: int) -> np.ndarray:
     """
-    Return by how much a zero may be another than is stated, as it seems from a mean, shape (6,).
+    Return how far a measured zero may plausibly be from the stated one, shape (6,).
 
     By what is stated of the zero, by the noise of the mean, and by what is no contact anywhere: a
     force below `monitor.contact_force_threshold`, at the peg's lower end.

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.diagnosis.fence import Failures
+from peg_on_hole_ros.diagnosis.guarded_looks import Failures
 from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.requests import Requests
-from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.engine.state import ORIENTATION_WIDTH
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
@@ -27,7 +27,7 @@ from peg_on_hole_ros.records import (
 )
 
 _NOT, _SOUND = np.zeros(1, bool), np.ones(1, bool)
-_NO_WRENCH, _NO_ORIENTATION = np.empty((0, 6)), np.empty((0, ORIENTATION))
+_NO_WRENCH, _NO_ORIENTATION = np.empty((0, 6)), np.empty((0, ORIENTATION_WIDTH))
 _NO_ROWS = Rows(np.empty(0, np.int64), np.empty(0, ROW))
 
 
@@ -47,7 +47,7 @@ class Pipeline:
         From scene, filter options, the wrench's covariance and what is not known of bias and tilt
         to the filter, as `make_filter`.
     offline : bool
-        Whether there is time to look for a delay, see `SettingsCheck`: the estimate is the same.
+        Whether there is time to look for a delay; the estimate is the same.
 
     Attributes
     ----------
@@ -102,17 +102,17 @@ class Pipeline:
     @property
     def causes(self) -> list[str]:
         """Settings that the data contradict, likeliest first, then what is wrong with values."""
-        return [*self._engine.settings_check.causes, *self.processor.causes]
+        return [*self._engine.settings_against_data.causes, *self.processor.causes]
 
     @property
     def failures(self) -> Failures:
         """The side looks that failed in this run, with their errors."""
-        return self._engine.settings_check.failures
+        return self._engine.settings_against_data.failures
 
     @property
     def void_reactions(self) -> bool:
         """Whether reactions rest on what the data have contradicted, with nothing in its place."""
-        return self._engine.settings_check.void_reactions
+        return self._engine.settings_against_data.void_reactions
 
     @property
     def filter(self) -> ContactFilter:
@@ -201,15 +201,15 @@ class Pipeline:
         rows = self.take_wrench(sample)
         if not len(rows.t_ns):
             return None
-        return self.judged(OutputView(sample.t_ns, rows.values[0]))
+        return self.without_announced_alarms(OutputView(sample.t_ns, rows.values[0]))
 
-    def judged(self, outputs: OutputView) -> OutputView:
+    def without_announced_alarms(self, outputs: OutputView) -> OutputView:
         """Return outputs in which an announced motion is no alarm."""
-        return self._requests.judged(outputs)
+        return self._requests.without_announced_alarms(outputs)
 
     @property
     def expecting(self) -> bool:
-        """Whether a motion was announced, so that `judged` may return others."""
+        """Whether a motion was announced, so that `without_announced_alarms` may return others."""
         return self._requests.expecting
 
     def take_wrench(self, sample: WrenchSample) -> Rows:

@@ -21,7 +21,7 @@ from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
 from peg_on_hole_ros.measurements.wrench_noise import repeated, rough, saturated
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction, noise_of, turn_to_sensor
 from peg_on_hole_ros.monitor.memory import begin_memory
-from peg_on_hole_ros.monitor.pose_only import LINE
+from peg_on_hole_ros.monitor.pose_only import MODES_OFF
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.monitor.way_in import NOT_TOLD, may_be_plate
@@ -239,7 +239,7 @@ class Processor:
     @property
     def model(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
-        return "" if self.rules.judged else LINE
+        return "" if self.rules.judged else MODES_OFF
 
     # A filter that is written in Python is called step by step.
 
@@ -263,7 +263,7 @@ class Processor:
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost
-        dt = steps.approach(e, rules, t_ns)
+        dt = steps.time_to_predict(e, rules, t_ns)
         if dt > 0.0:
             self.filter.predict(dt)
             steps.check_upright(e, rules)

@@ -48,14 +48,14 @@ class Requests:
         """Whether a motion was announced and has not come about."""
         return bool(self._expected.what)
 
-    def judged(self, outputs: OutputView) -> OutputView:
+    def without_announced_alarms(self, outputs: OutputView) -> OutputView:
         """Return outputs in which what is expected is no alarm."""
-        return self._expected.judged(outputs)
+        return self._expected.without_announced_alarms(outputs)
 
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
         free = self._free.asked and self._free.long(self._engine.latest)
-        if free and not self._engine.settings_check.unsure:
+        if free and not self._engine.settings_against_data.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
     def reset(self) -> Answer:
@@ -136,7 +136,7 @@ class Requests:
     def _held(self, samples, payload_unknown=False):
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
-        unsure = engine.settings_check.unsure
+        unsure = engine.settings_against_data.unsure
         return why_not_free(
             self._engine.latest, samples, engine.processor, unsure, payload_unknown
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from peg_on_hole_ros.engine import snapshots
 from peg_on_hole_ros.engine.snapshots import Snapshots
-from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.engine.state import ORIENTATION_WIDTH
 from peg_on_hole_ros.engine.tuned import REPROCESSING, TARE
 from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.compiling import compiled
@@ -45,7 +45,7 @@ class RingPlaces(Record):
         What is not after it has no place here [ns].
     joints_first, joints_last
         The oldest orientation, and one behind the newest, those that wait among them.
-    measured_ns, measured : int, shape (ORIENTATION,)
+    measured_ns, measured : int, shape (ORIENTATION_WIDTH,)
         The newest orientation whose time has come [ns].
     recent, recent_ns, recent_wrenches
         Wrenches in a row, the latest of which are at hand: how many, stamps [ns], values.
@@ -71,7 +71,7 @@ class RingPlaces(Record):
     joints_first: int
     joints_last: int
     measured_ns: int
-    measured: Annotated[Floats, (ORIENTATION,)]
+    measured: Annotated[Floats, (ORIENTATION_WIDTH,)]
     recent: int
     recent_ns: Annotated[NDArray[np.int64], (TARE.most_recent,)]
     recent_wrenches: Annotated[Floats, (TARE.most_recent, 6)]
@@ -99,7 +99,7 @@ class Ring(NamedTuple):
         End of those that came with a wrench's own stamp behind it.
     joint_ns : ndarray of int64, shape (orientations,)
         Stamps; those behind the newest wrench wait for the next one [ns].
-    orientations : ndarray, shape (orientations, ORIENTATION)
+    orientations : ndarray, shape (orientations, ORIENTATION_WIDTH)
     snapshots : Snapshots
         Before each wrench.
 
@@ -117,7 +117,7 @@ class Ring(NamedTuple):
 
 class Unit(NamedTuple):
     """
-    One wrench with its orientations, each with its stamp [ns] and as a row of ORIENTATION.
+    One wrench with its orientations, each with its stamp [ns] and as a row of ORIENTATION_WIDTH.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ def new_ring(state: State) -> Ring:
         before=np.empty(_UNITS, np.int64),
         after=np.empty(_UNITS, np.int64),
         joint_ns=np.empty(_ORIENTATIONS, np.int64),
-        orientations=np.empty((_ORIENTATIONS, ORIENTATION)),
+        orientations=np.empty((_ORIENTATIONS, ORIENTATION_WIDTH)),
         snapshots=snapshots.new_snapshots(_UNITS, state),
     )
 
@@ -221,7 +221,7 @@ def note_measured(r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Record an orientation whose time has come, if it is the newest."""
     if r.measured_ns == NO_STAMP or t_ns > r.measured_ns:
         r.measured_ns = t_ns
-        for i in range(ORIENTATION):
+        for i in range(ORIENTATION_WIDTH):
             r.measured[i] = orientation[i]
 
 
@@ -297,7 +297,7 @@ def put_late_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) ->
         snapshots.move(ring.snapshots, k - 1, k)
         ring.wrenches[k] = ring.wrenches[k - 1]
     # The snapshot before the later one is that before this one.
-    snapshots.without_snapshot(ring.snapshots, unit + 1)
+    snapshots.clear_snapshot(ring.snapshots, unit + 1)
     ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
     for i in range(6):
         ring.wrenches[unit, i] = wrench[i]
@@ -316,7 +316,7 @@ def append_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) -> N
     _make_room(ring, r)
     unit, end = r.last, due_until(ring, r, t_ns)
     ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
-    snapshots.without_snapshot(ring.snapshots, unit)
+    snapshots.clear_snapshot(ring.snapshots, unit)
     for i in range(6):
         ring.wrenches[unit, i] = wrench[i]
     r.last += 1
@@ -427,7 +427,7 @@ def _insert_orientation(ring, r, at, t_ns, orientation):
         ring.joint_ns[k] = ring.joint_ns[k - 1]
         ring.orientations[k] = ring.orientations[k - 1]
     ring.joint_ns[at] = t_ns
-    for i in range(ORIENTATION):
+    for i in range(ORIENTATION_WIDTH):
         ring.orientations[at, i] = orientation[i]
     r.joints_last += 1
 

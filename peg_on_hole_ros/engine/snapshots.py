@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.engine.state import BESIDE
+from peg_on_hole_ros.engine.state import ENGINE_MEMORY_BYTES
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.snapshot import (
     WORD,
@@ -23,7 +23,7 @@ _SNAPSHOTS = (
 )
 _NO_SNAPSHOT = -1
 
-_BESIDE_AT, _FILTER_AT = BESIDE.start // WORD, BESIDE.stop // WORD
+_BESIDE_AT, _FILTER_AT = ENGINE_MEMORY_BYTES.start // WORD, ENGINE_MEMORY_BYTES.stop // WORD
 
 
 class SnapshotPlaces(Record):
@@ -139,8 +139,8 @@ def begin_alert(snapshots: Snapshots) -> None:
 
 
 @compiled
-def without_snapshot(snapshots: Snapshots, unit: int) -> None:
-    """Begin a wrench of the ring, which has none yet."""
+def clear_snapshot(snapshots: Snapshots, unit: int) -> None:
+    """Mark a wrench of the ring as one without a snapshot."""
     snapshots.number[unit] = _NO_SNAPSHOT
 
 

@@ -15,7 +15,7 @@ from peg_on_hole_ros.typed_record import Matrix3, Matrix6, Record, Vector3, Vect
 # An orientation as a row: gamma, psi, phi [rad], their covariance; place of the peg's origin [m],
 # NaN where it is not measured, and its covariance.
 Q, R, PLACE, PLACE_R = slice(0, 3), slice(3, 12), slice(12, 15), slice(15, 24)
-ORIENTATION = 24
+ORIENTATION_WIDTH = 24
 
 
 class Progress(Record):
@@ -162,4 +162,4 @@ def _place(field: str) -> int:
 
 
 # What the engine remembers beside the estimate, and where that begins, in bytes.
-BESIDE = slice(_place("memory"), _place("filter"))
+ENGINE_MEMORY_BYTES = slice(_place("memory"), _place("filter"))

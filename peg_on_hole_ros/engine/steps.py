@@ -53,7 +53,7 @@ def restart(e: EngineState, rules: Rules) -> None:
 
 @compiled
 def start_motion(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
-    """Start from an orientation, a row of ORIENTATION, of a stamp [ns]."""
+    """Start from an orientation, a row of ORIENTATION_WIDTH, of a stamp [ns]."""
     e.progress.t_ns = t_ns
     for i in range(3):
         e.q[i] = orientation[i]
@@ -83,14 +83,14 @@ def is_after_silence(e: EngineState, rules: Rules, t_ns: int) -> bool:
 @compiled
 def advance(e: EngineState, rules: Rules, t_ns: int) -> None:
     """Predict up to a stamp [ns]."""
-    dt = approach(e, rules, t_ns)
+    dt = time_to_predict(e, rules, t_ns)
     if dt > 0.0:
         filter_steps.predict(e.filter, dt)
         check_upright(e, rules)
 
 
 @compiled
-def approach(e: EngineState, rules: Rules, t_ns: int) -> float:
+def time_to_predict(e: EngineState, rules: Rules, t_ns: int) -> float:
     """Come to a stamp [ns]; return the time to be predicted [s], 0 where there is none."""
     d = e.progress
     dt = (t_ns - d.t_ns) * 1e-9
@@ -129,7 +129,7 @@ def correct(
     rules : Rules
     stamp : int
         Of the orientation [ns].
-    orientation : ndarray, shape (ORIENTATION,)
+    orientation : ndarray, shape (ORIENTATION_WIDTH,)
     lateness : float
         How long before the estimate's stamp it was [s].
 

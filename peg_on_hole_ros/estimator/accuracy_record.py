@@ -19,7 +19,7 @@ class Kind(IntEnum):
     LOW_PASS = 7
 
 
-KINDS = len(Kind)
+KIND_COUNT = len(Kind)
 # Independent errors: where those of each kind begin, and how many there are.
 GAINS, CROSSTALKS, PLACES, AXES, PAYLOADS, TILTS, DIAMETERS, LAG = 0, 7, 13, 16, 19, 23, 25, 26
 SOURCES = 27
@@ -92,7 +92,7 @@ class AccuracyEffect(Record):
     ----------
     stated : int
         1 where any accuracy is stated, else 0.
-    by_kind : ndarray, shape (KINDS, 3)
+    by_kind : ndarray, shape (KIND_COUNT, 3)
         Variance of the reactions at K, B1, B2 by each kind [N^2].
     reactions : ndarray, shape (3,)
         By all kinds together [N^2].
@@ -102,7 +102,7 @@ class AccuracyEffect(Record):
     """
 
     stated: int
-    by_kind: Annotated[Floats, (KINDS, 3)]
+    by_kind: Annotated[Floats, (KIND_COUNT, 3)]
     reactions: Vector3
     friction: float
 

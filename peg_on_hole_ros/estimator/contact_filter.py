@@ -23,7 +23,13 @@ from peg_on_hole_ros.estimator.snapshot import (
     save_estimate,
 )
 from peg_on_hole_ros.estimator.start import forget_air
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, begin_state, mixture_of, places_of
+from peg_on_hole_ros.estimator.state import (
+    FRICTION,
+    OPEN_BEGIN,
+    begin_state,
+    mixture_of,
+    places_of,
+)
 from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 from peg_on_hole_ros.typed_record import Floats, at, dtype_of, new
 
@@ -96,12 +102,12 @@ class ContactFilter:
         memory.bias_map[:], memory.noise[:] = -self.offsets.load, wrench_noise
         if scene.friction_stddev:
             memory.walk[FRICTION] = options.friction_noise**2
-        memory.walk[OPEN:n] = np.square(open_.walk)
+        memory.walk[OPEN_BEGIN:n] = np.square(open_.walk)
         bias_walk = self.offsets.bias_learnt * self.offsets.variance[:6]
         memory.bias_walk_in_air[:] = bias_walk / memory.settings.bias_time
         memory.estimated[: n + 3] = 1.0
         memory.estimated[FRICTION] = options.friction == "estimated"
-        memory.estimated[OPEN:n] = open_.estimated
+        memory.estimated[OPEN_BEGIN:n] = open_.estimated
         self.record.wrench_noise[:] = wrench_noise
         several = scene.friction_stddev > 0.0 and options.friction == "estimated"
         hypotheses = int(memory.settings.friction_hypotheses) if several else 1
@@ -148,7 +154,7 @@ class ContactFilter:
         self._begin_as_stated()
 
     def _begin_as_stated(self) -> None:
-        memory, open_ = self.fields, self._n - OPEN
+        memory, open_ = self.fields, self._n - OPEN_BEGIN
         memory.start_friction = self.scene.friction
         memory.start_friction_stddev = self.scene.friction_stddev
         memory.friction_moved[:] = 0.0
@@ -259,7 +265,7 @@ class ContactFilter:
         if first < 0:
             return
         stddev = np.sqrt(np.minimum(variance, self.offsets.variance[:6]))
-        opened = slice(first - OPEN, last - OPEN)
+        opened = slice(first - OPEN_BEGIN, last - OPEN_BEGIN)
         self.fields.open_mean[opened] = 0.0
         self.fields.open_stddev[opened] = stddev
         # What a tare leaves open outlives what was estimated.

@@ -4,9 +4,12 @@ from math import sqrt
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
-from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.estimate import Motion, SceneRecord, Slip
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_direction import (
+    friction_direction_statistics,
+    slip_statistics,
+)
 from peg_on_hole_ros.estimator.hole_geometry import two_point_slip, two_point_tilt
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_slip
 from peg_on_hole_ros.estimator.scene_at_mean import scene_at, within_closed_forms
@@ -51,7 +54,7 @@ def fill_estimate(kalman: FilterRecord) -> None:
     _fill_lasting(reactions.by_friction, C, FRICTION, n, 1.0, estimate.friction_variance)
     _fill_lasting(reactions.by_diameter, C, k, n, by_log, estimate.diameter_variance)
     estimate.contacts = ContactSet.NONE
-    if registry.unknown_reactions(state.contact_set) > 0:
+    if registry.solved_reactions(state.contact_set) > 0:
         estimate.contacts = state.contact_set
     _fill_slips(kalman, at_mean)
 
@@ -67,12 +70,12 @@ def _fill_slips(kalman: FilterRecord, at_mean: SceneScalars) -> None:
     x, C, scales = state.mixture_mean, state.mixture_covariance, estimate.friction_scales
     tilt = within_closed_forms(at_mean, x[0])
     geo = closed_forms(at_mean.d, at_mean.D, at_mean.H_c, at_mean.gamma0, tilt)
-    direction_moments(at_mean, geo, x, C, share, scales, kalman.scratch.unexplained)
+    friction_direction_statistics(at_mean, geo, x, C, share, scales, kalman.scratch.unexplained)
     in_hole = registry.is_in_hole(state.contact_set)
     for i in range(3):
         if in_hole:
             rows = two_point_slip(at_mean, two_point_tilt(at_mean, x[0]), min(i, 1))
-            scales[i] = sqrt(slip_moments(rows, x, C, share)[2])
+            scales[i] = sqrt(slip_statistics(rows, x, C, share)[2])
         else:
             rows = rim_slip(at_mean, geo, i)
         _fill_slip(estimate.slips[i], rows, x, C)

@@ -50,7 +50,7 @@ def fill_outputs(
             row.state_covariance[i, j] = motion.covariance[i, j]
     for i in range(1, 3):
         state[i] -= 2.0 * pi * ceil((state[i] - pi) / (2.0 * pi))
-    tilt, unknown = tilt_on_contacts(p, motion.gamma), registry.unknown_reactions(on_contacts)
+    tilt, unknown = tilt_on_contacts(p, motion.gamma), registry.solved_reactions(on_contacts)
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         variance = max(estimate.reactions.covariance[i, i], 0.0)

@@ -16,7 +16,7 @@ from peg_on_hole_ros.typed_record import Floats, Matrix6, Record, Vector6
 # An array of one FilterRecord: Python hands over an array in half a microsecond, and a record of
 # so many fields in some hundred.
 FilterMemory = NDArray[np.void]
-OfOpen = Annotated[Floats, (MOST_OPEN,)]
+OpenVector = Annotated[Floats, (MOST_OPEN,)]
 
 
 class FilterRecord(Record):
@@ -83,8 +83,8 @@ class FilterRecord(Record):
     accuracies: Accuracies
     wrench: Vector6
     record: Estimate
-    open_mean: OfOpen
-    open_stddev: OfOpen
+    open_mean: OpenVector
+    open_stddev: OpenVector
     start_friction: float
     start_friction_stddev: float
     refused: int

@@ -7,8 +7,8 @@ from peg_on_hole_ros.estimator.fill_estimate import fill_estimate
 from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
 from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
-    departs_further,
     jump_to,
+    note_departure,
     orientation_nis,
     pass_time,
     update_from_orientation,
@@ -16,7 +16,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
 from peg_on_hole_ros.estimator.scene_at_mean import tilted_gravity
 from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.estimator.start import forget_air, start_mixture
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN
 from peg_on_hole_ros.estimator.stated_accuracy import follow_accuracies, steady_friction_variance
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
@@ -47,9 +47,9 @@ def end_motion(memory: FilterMemory) -> None:
         if kalman.friction_open:
             kalman.start_friction = mean[FRICTION]
             kalman.start_friction_stddev = sqrt(max(C[FRICTION, FRICTION], 0.0))
-        for i in range(OPEN, kalman.places.reactions):
-            kalman.open_mean[i - OPEN] = mean[i]
-            kalman.open_stddev[i - OPEN] = sqrt(max(C[i, i], 0.0))
+        for i in range(OPEN_BEGIN, kalman.places.reactions):
+            kalman.open_mean[i - OPEN_BEGIN] = mean[i]
+            kalman.open_stddev[i - OPEN_BEGIN] = sqrt(max(C[i, i], 0.0))
     kalman.refused = 0
     kalman.wrench[:] = 0.0
 
@@ -84,7 +84,7 @@ def gate_orientation(
     if not isfinite(nis):
         return LOST, nis
     if nis > gates.gate_threshold:
-        further = departs_further(kalman, R)
+        further = note_departure(kalman, R)
         # One alone is an outlier; a second in a row indicates a jump.
         jumped = kalman.refused > 0 and further and jump_to(kalman, q, R, gates.gate_threshold)
         if not jumped:
@@ -163,8 +163,8 @@ def inflate_tilt_variance(kalman: FilterRecord) -> None:
         return
     C, significance = state.mixture_covariance, kalman.settings.significance
     for i in range(first, first + 2):
-        begun = kalman.open_stddev[i - OPEN]
-        moved = state.mixture_mean[i] - kalman.open_mean[i - OPEN]
+        begun = kalman.open_stddev[i - OPEN_BEGIN]
+        moved = state.mixture_mean[i] - kalman.open_mean[i - OPEN_BEGIN]
         fallen = max(begun * begun - C[i, i], 0.0)
         more = max(kalman.tilt_inflation[i - first], moved * moved - significance**2 * fallen)
         if not (more > 0.0 and C[i, i] > 0.0):

@@ -46,7 +46,7 @@ def keep_friction_floor(
         `state.friction_floor` is filled in.
     component : int
     turned : float
-        See `direction.direction_moments`.
+        See `direction.friction_direction_statistics`.
     friction : float
         Of the component, or as stated where that is more.
 

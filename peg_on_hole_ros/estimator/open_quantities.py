@@ -18,7 +18,7 @@ class OpenQuantities(NamedTuple):
     Attributes
     ----------
     names : list of str
-        Of `state.QUANTITIES`, in their order.
+        Of `state.OPENABLE_QUANTITIES`, in their order.
     stddev : ndarray, shape (k,)
         Stated standard deviations.
     walk : ndarray, shape (k,)

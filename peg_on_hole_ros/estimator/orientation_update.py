@@ -39,9 +39,9 @@ def orientation_nis(kalman: FilterRecord, q: Floats, R: Floats) -> float:
 
 
 @compiled
-def departs_further(kalman: FilterRecord, R: Floats) -> bool:
+def note_departure(kalman: FilterRecord, R: Floats) -> bool:
     """
-    Note how far off an orientation of `orientation_nis` is, with covariance R [rad^2].
+    Keep how far off a refused orientation is; return whether it is farther than the one before.
 
     Returns whether it is further off than the one noted before, and the same way: one motion makes
     that of both, while outliers do not agree.

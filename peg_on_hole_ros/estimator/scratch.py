@@ -7,8 +7,8 @@ from peg_on_hole_ros.estimator.settings import MOST_MODES
 from peg_on_hole_ros.estimator.state import (
     MOST_HYPOTHESES,
     MOST_WIDTH,
+    ComponentVector,
     Covariance,
-    OfComponents,
     Values,
 )
 from peg_on_hole_ros.mechanics.kernel import workspace
@@ -78,8 +78,8 @@ class Scratch(Record):
 
     x: Annotated[Floats, (COMPONENTS, MOST_WIDTH)]
     P: Annotated[Floats, (COMPONENTS, MOST_WIDTH, MOST_WIDTH)]
-    log_likelihood: OfComponents
-    direction_noise_share: OfComponents
+    log_likelihood: ComponentVector
+    direction_noise_share: ComponentVector
     evidence: Annotated[Floats, (MOST_HYPOTHESES,)]
     transition: Annotated[Floats, (MOST_MODES, MOST_MODES)]
     residual: Vector6

@@ -14,7 +14,7 @@ from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     FRICTION,
-    OPEN,
+    OPEN_BEGIN,
     RATE,
     AirBatch,
     State,
@@ -98,8 +98,8 @@ def _start_component(
             P[i, k] = R[i, k]
         P[RATE + i, RATE + i] = rate_stddev * rate_stddev
         P[ACCELERATION + i, ACCELERATION + i] = unmeasured_acceleration(kalman.settings) ** 2
-    for i in range(OPEN, n):
-        x[i], P[i, i] = kalman.open_mean[i - OPEN], kalman.open_stddev[i - OPEN] ** 2
+    for i in range(OPEN_BEGIN, n):
+        x[i], P[i, i] = kalman.open_mean[i - OPEN_BEGIN], kalman.open_stddev[i - OPEN_BEGIN] ** 2
 
 
 @compiled

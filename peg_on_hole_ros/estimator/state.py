@@ -11,20 +11,20 @@ from peg_on_hole_ros.typed_record import Floats, Matrix3, Record, Vector3, Vecto
 
 # Places in the mean and covariance of a component. What a scene leaves open follows FRICTION, and
 # the reactions end it: they are new with every wrench, so that nothing of them is carried over.
-ANGLE, RATE, ACCELERATION, FRICTION, OPEN = 0, 3, 6, 9, 10
+ANGLE, RATE, ACCELERATION, FRICTION, OPEN_BEGIN = 0, 3, 6, 9, 10
 # What a scene may leave open, in the order of its values, with how many values each has.
-QUANTITIES = {
+OPENABLE_QUANTITIES = {
     "clearance": 1, "friction_k": 1, "bias": 6, "tilt": 2, "delay": 1, "compliance": 1,
 }  # fmt: skip
 # Values that there is room for, and as many components as friction hypotheses and process-noise
 # modes can make. What is not used costs memory, and no time.
-MOST_OPEN = sum(QUANTITIES.values())
-MOST_WIDTH = OPEN + MOST_OPEN + 3
+MOST_OPEN = sum(OPENABLE_QUANTITIES.values())
+MOST_WIDTH = OPEN_BEGIN + MOST_OPEN + 3
 MOST_HYPOTHESES = 7
 _M, _W = MOST_HYPOTHESES * MOST_MODES, MOST_WIDTH
 Values = Annotated[Floats, (_W,)]
 Covariance = Annotated[Floats, (_W, _W)]
-OfComponents = Annotated[Floats, (_M,)]
+ComponentVector = Annotated[Floats, (_M,)]
 
 
 class StatePlaces(Record):
@@ -60,9 +60,9 @@ class StatePlaces(Record):
 
 
 def places_of(open_quantities: Collection[str]) -> StatePlaces:
-    """Return where each of QUANTITIES stands in the mean, of which some are open."""
-    places, n = new(StatePlaces), OPEN
-    for name, width in QUANTITIES.items():
+    """Return where each of OPENABLE_QUANTITIES stands in the mean, of which some are open."""
+    places, n = new(StatePlaces), OPEN_BEGIN
+    for name, width in OPENABLE_QUANTITIES.items():
         setattr(places, name, n if name in open_quantities else -1)
         n += width if name in open_quantities else 0
     places.reactions = n
@@ -165,7 +165,7 @@ class State(Record):
     hypotheses: int
     components: int
     width: int
-    weight: OfComponents
+    weight: ComponentVector
     alive: Annotated[Floats, (MOST_HYPOTHESES,)]
     evidence_share: float
     load: float
@@ -178,7 +178,7 @@ class State(Record):
     start_rate_variance: float
     misfits: int
     friction_force2: Vector3
-    friction_floor: OfComponents
+    friction_floor: ComponentVector
     contact_set: ContactSet
     air: Annotated[MutableSequence[AirBatch], (3,)]
     mixture_mean: Values

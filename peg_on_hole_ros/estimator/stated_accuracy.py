@@ -71,7 +71,7 @@ def follow_accuracies(kalman: FilterRecord, friction_before: float) -> None:
     if stated.stated == 0:
         return
     found.by_kind[:, :] = 0.0
-    many = registry.unknown_reactions(kalman.state.contact_set)
+    many = registry.solved_reactions(kalman.state.contact_set)
     share = _friction_share(kalman, many > 0, friction_before)
     if many > 0:
         _fill_sensitivities(kalman, many)

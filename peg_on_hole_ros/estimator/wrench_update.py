@@ -6,8 +6,8 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
-from peg_on_hole_ros.estimator.direction import add_product_noise, fill_product_covariance
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_direction import add_product_noise, fill_product_covariance
 from peg_on_hole_ros.estimator.friction_walk import keep_friction_floor
 from peg_on_hole_ros.estimator.mixture import (
     combine,
@@ -30,8 +30,8 @@ _EQUATIONS = 6.0
 
 
 @compiled
-def load_of(scene: SceneScalars, u: Floats) -> float:
-    """Return how much the rim may carry: what a wrench and the weight can amount to there [N]."""
+def rim_load_bound(scene: SceneScalars, u: Floats) -> float:
+    """Return an upper bound of what the rim carries under a wrench and the weight [N]."""
     return length(u, FORCE) + 2.0 * length(u, TORQUE) / scene.d + scene.m * _GRAVITY
 
 
@@ -51,10 +51,10 @@ def update_from_wrench(kalman: FilterRecord, contact_set: int) -> None:
     state, settings = kalman.state, kalman.settings
     dt = state.time_since_wrench
     state.time_since_wrench = 0.0
-    state.load = load_of(scene_of(kalman.scene), kalman.wrench)
+    state.load = rim_load_bound(scene_of(kalman.scene), kalman.wrench)
     state.nis_wrench = np.nan
     driven = isinf(settings.mode_time[0])
-    corrects = registry.unknown_reactions(contact_set) > 0
+    corrects = registry.solved_reactions(contact_set) > 0
     if driven and not registry.may_drive_motion(contact_set):
         corrects = False
     if not corrects or state.time_since_start < settings.settling or _drifts(kalman):
@@ -218,7 +218,7 @@ def _log_volume(kalman: FilterRecord) -> float:
     """
     scratch, n = kalman.scratch, kalman.places.reactions
     column, rows, gram, total = scratch.step, scratch.whitened, scratch.gram, 0.0
-    many = registry.unknown_reactions(kalman.state.contact_set)
+    many = registry.solved_reactions(kalman.state.contact_set)
     for k in range(many):
         for a in range(6):
             column[a] = scratch.jacobian[a, n + k]

@@ -16,7 +16,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
 )
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.start import start_mixture
-from peg_on_hole_ros.estimator.state import OPEN
+from peg_on_hole_ros.estimator.state import OPEN_BEGIN
 from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
@@ -160,17 +160,17 @@ def _linearised_volume(kalman, k, into):
     """
     x, P = kalman.state.x[into.chosen[k]], kalman.state.P[into.chosen[k]]
     prior = kalman.settings.reaction_prior * kalman.state.load
-    reset_three(P, OPEN, OPEN + 3, prior * prior)
+    reset_three(P, OPEN_BEGIN, OPEN_BEGIN + 3, prior * prior)
     three_on_rim.linearise(kalman, scene_of(kalman.scene), x, P, 0.0)
     if len(into.residual) > 0:
         _innovation(kalman, P, into.residual[k], into.covariance[k])
-    return _volume(kalman.scratch, OPEN)
+    return _volume(kalman.scratch, OPEN_BEGIN)
 
 
 @compiled
 def _innovation(kalman, P, residual, covariance):
     """Fill in residual and covariance of the six equations."""
-    w, scratch = OPEN + 3, kalman.scratch
+    w, scratch = OPEN_BEGIN + 3, kalman.scratch
     direction_time = kalman.settings.direction_time
     since = max(kalman.state.time_since_wrench, WRENCH_STEP.least_time)
     late = max(direction_time / since, 1.0)

@@ -15,6 +15,10 @@ from scipy.special import chdtri
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.identification.fisher_scoring import (
+    Peak,
+    Search,
+)
 from peg_on_hole_ros.identification.guess import guess
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.noise_levels import noise_levels
@@ -33,15 +37,11 @@ from peg_on_hole_ros.identification.quantities import (
 )
 from peg_on_hole_ros.identification.recording import (
     Recording,
+    denoised,
     load,
     motion,
-    quiet,
     shortfall,
     steady,
-)
-from peg_on_hole_ros.identification.scoring import (
-    Peak,
-    Search,
 )
 from peg_on_hole_ros.identification.selection import (
     NORMAL_95,
@@ -223,7 +223,7 @@ class _Found(NamedTuple):
         scale = measures(start.scene.hole_diameter, force)
         limits = _limits(start, x0, moved.q[rows, 0].min())
         begin, noise = _with_noise(record, x0, limits)
-        still = Likelihood(quiet(record), parts, start)
+        still = Likelihood(denoised(record), parts, start)
         search = Search(likelihood, still, x0, scale, limits, told)
         free = np.flatnonzero(~IS_NOISE)
         # A short recording shows its noise less well than a configuration may know it.

@@ -9,7 +9,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, begin_state, places_of
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN, begin_state, places_of
 from peg_on_hole_ros.identification.accumulate import (
     BEGIN,
     ORIENTATION,
@@ -186,11 +186,11 @@ class Likelihood:
             friction_hypotheses=1, reaction_prior=COUNTED_EVENTS.reaction_prior
         )
         kalman.scene[:], kalman.places = scene_scalars(scene), places_of(())
-        kalman.estimated[: OPEN + 3] = 1.0
+        kalman.estimated[: OPEN_BEGIN + 3] = 1.0
         kalman.estimated[FRICTION] = 0.0
         kalman.start_friction = scene.friction
         kalman.noise[:] = WrenchReduction(configuration.wrench, scene).covariance
-        begin_state(kalman.state, OPEN + 3, 1, int(kalman.settings.modes))
+        begin_state(kalman.state, OPEN_BEGIN + 3, 1, int(kalman.settings.modes))
         into = Found(found, nis, chosen, residual, covariance)
         accumulate(kalman, options.initial_rate_stddev, events, into)
         if not np.isfinite(found).all():

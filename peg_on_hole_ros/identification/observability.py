@@ -14,7 +14,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN, places_of
 from peg_on_hole_ros.identification.quantities import (
     CALIBRATED_QUANTITIES,
     TYPICAL_DIAMETER,
@@ -163,7 +163,7 @@ class ObservingFilter(ContactFilter):
         n = len(opened.mean) - 3
         for x in (*opened.x, opened.mean):
             x[: FRICTION + 1] = own.mean[: FRICTION + 1]
-            x[OPEN:n] = 0.0
+            x[OPEN_BEGIN:n] = 0.0
             x[n:] = own.mean[-3:]
         modes = int(self.settings.modes)
         opened.weight[:] = own.weight.reshape(-1, modes).sum(axis=0)

@@ -50,7 +50,7 @@ class Presses(NamedTuple):
 
 def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     """
-    Return axes and sign of a sensor: a proper turn has the pushes in one order only.
+    Return axes and sign of the sensor: only one order of the presses is right-handed.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ FRICTION_AT, DELAY_AT, CLEARANCE_AT = 0, 9, 10
 BIAS_AT, TILT_AT, NOISE_AT = slice(1, 7), slice(7, 9), slice(11, 14)
 
 
-class Measures(NamedTuple):
+class SearchScales(NamedTuple):
     """
     Steps, ranges and uses of CALIBRATED_QUANTITIES for one peg under one load; see `Quantity`.
 
@@ -77,7 +77,7 @@ class Measures(NamedTuple):
     useful: np.ndarray
 
 
-def measures(diameter: float, force: float) -> Measures:
+def measures(diameter: float, force: float) -> SearchScales:
     """
     Return what is small, likely and of use for a hole of some diameter [m] and a load [N].
 
@@ -87,7 +87,7 @@ def measures(diameter: float, force: float) -> Measures:
     rows = np.array([(one.step, one.range, one.useful) for one in CALIBRATED_QUANTITIES]).T
     rows[:, IS_TORQUE] *= diameter / TYPICAL_DIAMETER
     rows[2, IS_FORCE | IS_TORQUE] *= force / TYPICAL_FORCE
-    return Measures(*rows)
+    return SearchScales(*rows)
 
 
 def coordinates(configuration: Configuration) -> np.ndarray:

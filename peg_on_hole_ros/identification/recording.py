@@ -135,7 +135,7 @@ def _averaged(rows, weights):
     return np.column_stack(list(columns))
 
 
-def quiet(record: Recording) -> Recording:
+def denoised(record: Recording) -> Recording:
     """Return the recording with most of the noise of wrench and angles smoothed away."""
     return smoothed(record, STEADY_SLIDING.quiet_width)._replace(q=motion(record).q)
 
@@ -211,7 +211,7 @@ def conditions(
     record: Recording, configuration: Configuration, nearest: float | None = None
 ) -> Conditions:
     """
-    Return what each joint state has of steady sliding, at tilts above so many gamma0 as stated.
+    Return which conditions of steady sliding each joint state meets.
 
     None: `STEADY_SLIDING.nearest_tilt`.
 

@@ -1,4 +1,4 @@
-"""What of a start a recording leaves as it is, and what then is most likely for the rest."""
+"""Which parameters keep their values at the start, and the likeliest others given those."""
 
 import numpy as np
 from scipy.special import chdtri
@@ -10,7 +10,7 @@ NORMAL_95 = 1.96
 
 
 def passes(gone: np.ndarray, covariance: np.ndarray, kept: np.ndarray) -> bool:
-    """Return whether the kept ones may all be those of the start, in 95 of 100 cases."""
+    """Return whether keeping these values of the start passes the 95 % test."""
     if not kept.any():
         return True
     chance = chdtri(kept.sum(), CALIBRATION_SEARCH.change_level)

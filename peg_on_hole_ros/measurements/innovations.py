@@ -13,9 +13,9 @@ from peg_on_hole_ros.typed_record import Floats, Record, Vector3
 EXPECTED, MEDIAN = 3.0, 2.366
 
 
-class Watched(Record):
+class StoredInnovation(Record):
     """
-    A correction in contact, or in a mode that is doubtful.
+    One innovation that is kept for median and drift.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Innovations(Record):
         Sum over the window of what is whitened.
     last : shape (`mode_count`,)
         The latest, normalised and squared; a ring.
-    window : Watched, shape (`settings_count`,)
+    window : StoredInnovation, shape (`settings_count`,)
         A ring.
     ordered : shape (`settings_count`,)
         The squares of the window by size.
@@ -79,7 +79,7 @@ class Innovations(Record):
     too_large: bool
     total: Vector3
     last: Annotated[Floats, (INNOVATION_WINDOW.mode_count,)]
-    window: Annotated[list[Watched], (INNOVATION_WINDOW.settings_count,)]
+    window: Annotated[list[StoredInnovation], (INNOVATION_WINDOW.settings_count,)]
     ordered: Annotated[Floats, (INNOVATION_WINDOW.settings_count,)]
 
 

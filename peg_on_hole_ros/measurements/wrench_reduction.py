@@ -344,7 +344,7 @@ def turn_to_sensor(steps: ReductionSteps, measured: np.ndarray, q: np.ndarray) -
 def add_weight_below(
     steps: ReductionSteps, q: np.ndarray, gravity: tuple[float, float, float], out: np.ndarray
 ) -> None:
-    """Add what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
+    """Add the payload's weight that the sensor carries, or the peg's that it lacks, (6,)."""
     if steps.mass == 0.0:
         return
     x, y, z = turned_to_peg(q, gravity)

@@ -1,5 +1,5 @@
 """
-Any side of the six equations from any other: declare what is unknown, the rest is known.
+The six equations solved for any choice of unknowns.
 
 The six equations are linear in twelve quantities: three accelerations, three reactions, and six
 components of the applied wrench. Any six of them may be asked for; not every six can be told.

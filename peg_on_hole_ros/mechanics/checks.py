@@ -1,4 +1,4 @@
-"""Refusal of numbers that are none, where states and wrenches enter the mechanics."""
+"""Refusal of NaN and infinity in states and wrenches."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -1,5 +1,5 @@
 """
-Machine code for what Python calls, and for nothing else: by classes of numba that are private.
+Machine code of those functions alone that Python calls, by private classes of numba.
 
 Nothing but `compiling` imports this, and only with a numba that it is known to work with.
 

@@ -15,8 +15,8 @@ Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 # The first numba whose private classes `compiled_parts` has not been tested with.
-FIRST_UNKNOWN = (0, 69)
-IN_PARTS = tuple(int(part) for part in numba.__version__.split(".")[:2]) < FIRST_UNKNOWN
+FIRST_UNTESTED_NUMBA = (0, 69)
+IN_PARTS = tuple(int(part) for part in numba.__version__.split(".")[:2]) < FIRST_UNTESTED_NUMBA
 
 
 def compiled(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.errors import PegOnHoleError, slipped
+from peg_on_hole_ros.errors import PegOnHoleError, wrong_prefix_remedy
 
 # Least, greatest and unit of each number; the table of parameters has them from here.
 RANGES = {
@@ -107,7 +107,7 @@ def _within(name, value, low, high, unit):
     number = isinstance(value, (int, float)) and isfinite(value)
     if number and low <= value <= high:
         return
-    remedy = number and slipped(value, unit, low, high)
+    remedy = number and wrong_prefix_remedy(value, unit, low, high)
     unit = f" {unit}" if unit else ""
     raise PegOnHoleError(
         f"{name} = {value}{unit} is not within {low:g} to {high:g}{unit}"

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.fence import Fenced
+from peg_on_hole_ros.diagnosis.guarded_looks import GuardedLook
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.markers import marker_array
 from peg_on_hole_ros.messages.plain import HOLE_FRAME, floats, header
@@ -73,7 +73,7 @@ class OutputStream:
         For the sizes of peg and hole and the friction cones.
     markers_rate : float
         Most marker messages per second of stamp time [Hz]; 0: none.
-    possible : Fenced, optional
+    possible : GuardedLook, optional
         Adds to the alarms what helps, where that can be planned.
 
     """
@@ -82,7 +82,7 @@ class OutputStream:
         self,
         scene: Scene,
         markers_rate: float = 10.0,
-        possible: Fenced[StillPossible] | None = None,
+        possible: GuardedLook[StillPossible] | None = None,
     ) -> None:
         self._scene, self._possible = scene, possible
         self.set_markers_rate(markers_rate)
@@ -100,7 +100,7 @@ class OutputStream:
         self._markers_period_ns = round(min(1e9 / rate, _LONGEST_NS)) if rate > 0 else None
 
     def beside(
-        self, rows: Rows, judged: Callable[[OutputView], OutputView] | None = None
+        self, rows: Rows, announced: Callable[[OutputView], OutputView] | None = None
     ) -> list[tuple[int, list[Message]]]:
         """
         Return what is published beside the estimates, by place of stamp.
@@ -109,28 +109,28 @@ class OutputStream:
         ----------
         rows : Rows
             Of stamps that rise.
-        judged : callable, optional
+        announced : callable, optional
             Returns outputs whose alarms may differ from those of their row; all rows are looked
             at then.
 
         """
         t_ns, values = rows
         watched = _watched(values[0])
-        changes = [0] if judged or watched != self._watched else []
-        changes += range(1, len(t_ns)) if judged else _changes(values)
+        changes = [0] if announced or watched != self._watched else []
+        changes += range(1, len(t_ns)) if announced else _changes(values)
         found: list[tuple[int, list[Message]]] = []
         place = (
             0 if changes[:1] == [0] or self._is_due(int(t_ns[0])) else self._next(0, t_ns, changes)
         )
         while place < len(t_ns):
             outputs = OutputView(int(t_ns[place]), values[place])
-            messages = self._beside(judged(outputs) if judged else outputs)
+            messages = self._beside(announced(outputs) if announced else outputs)
             if messages:
                 found.append((place, messages))
             place = self._next(place, t_ns, changes)
         if len(t_ns) > 1:
             watched = _watched(values[-1])
-        self._watched = None if judged else watched
+        self._watched = None if announced else watched
         return found
 
     def _next(self, place, t_ns, changes):

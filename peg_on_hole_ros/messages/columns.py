@@ -1,4 +1,4 @@
-"""What stamps make known at once, one or many: a column for each output, a row for each stamp."""
+"""Outputs of one or many stamps: a column for each, a row for each stamp."""
 
 from collections.abc import Iterable
 from functools import cached_property

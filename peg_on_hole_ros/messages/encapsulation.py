@@ -16,7 +16,7 @@ _NAMES = {
 
 
 def foreign(payload: bytes) -> str:
-    """Return what a message is serialised as that is not read; empty: it is read, or a stump."""
+    """Return the name of a serialisation that is not read; empty: it is, or is cut off."""
     kind = bytes(payload[:2])
     if kind in READ or len(kind) < 2:
         return ""

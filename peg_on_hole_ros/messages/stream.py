@@ -14,7 +14,7 @@ from peg_on_hole_ros.config.configuration import (
     to_parameters,
 )
 from peg_on_hole_ros.config.options import Configuration, JointInput
-from peg_on_hole_ros.diagnosis.fence import Fenced
+from peg_on_hole_ros.diagnosis.guarded_looks import GuardedLook
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -105,7 +105,7 @@ class MessageStream:
         self.t_ns: int | None = None
         self.frame: str | None = None
         self.refused = ""
-        self._possible = Fenced(
+        self._possible = GuardedLook(
             "still_possible", lambda: StillPossible(configuration), pipeline.failures
         )
         self._outputs = OutputStream(configuration.scene, markers_rate, self._possible)
@@ -152,12 +152,12 @@ class MessageStream:
         if not len(rows.t_ns):
             return None
         self.t_ns = int(rows.t_ns[-1])
-        judged = self.pipeline.judged if self.pipeline.expecting else None
-        columns = OutputColumns(rows, self._outputs.beside(rows, judged))
+        announced = self.pipeline.without_announced_alarms if self.pipeline.expecting else None
+        columns = OutputColumns(rows, self._outputs.beside(rows, announced))
         columns.add((place, _cycle_messages(ended)) for place, ended in self._tries.take(columns))
         return columns
 
-    def publish_wrench(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
+    def take_wrench_bytes(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
         """
         Take a serialised WrenchStamped; return the messages of `on_wrench`, most in bytes.
 
@@ -242,7 +242,7 @@ class MessageStream:
         self.take_joints(joint_sample(message, self._joints_needed))
 
     def take_joints_bytes(self, payload: bytes, read: Callable[[bytes], Any]) -> None:
-        """Take a serialised JointState; `read` as in `publish_wrench`."""
+        """Take a serialised JointState; `read` as in `take_wrench_bytes`."""
         sample = self._joints.read(payload)
         if sample is None:
             message = read(payload)

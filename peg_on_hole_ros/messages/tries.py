@@ -14,7 +14,7 @@ from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 # Contact that is lost for less than this belongs to one try [ns].
 PAUSE_NS = 200_000_000
 # Within this contact is told from one beside the hole [ns].
-TOLD_NS = 300_000_000
+CONTACT_DECIDED_NS = 300_000_000
 # Without a wrench for longer a peg may have gone, and another come [ns].
 PEG_CHANGE_NS = 1_000_000_000
 # An alarm that flickers would fill the record; further ones are only counted.
@@ -179,7 +179,7 @@ class Tries:
             self._open_ns, self._last_ns = None, t_ns
             self._add_loads(came.loads)
         elif self._start_ns is not None:
-            if self._mode == ELSEWHERE and t_ns - self._start_ns < TOLD_NS:
+            if self._mode == ELSEWHERE and t_ns - self._start_ns < CONTACT_DECIDED_NS:
                 # It was no try: what touched first was not yet told from the hole.
                 self._begin()
                 return ended

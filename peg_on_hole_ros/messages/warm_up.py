@@ -49,7 +49,7 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
         stream.on_joints(convert(JOINTS_TYPE, {"header": header(t_ns), **position}))
         message = convert(WRENCH_TYPE, wrench)
         if k % 2:
-            stream.publish_wrench(encode(wrench), _giving(message))
+            stream.take_wrench_bytes(encode(wrench), _giving(message))
             continue
         for _, ros_type, fields in stream.on_wrench(message):
             convert(ros_type, fields)

@@ -4,7 +4,7 @@ from math import isnan
 
 import numpy as np
 
-from peg_on_hole_ros.monitor.dangers.registry import ADVICE, IN_HOLE, ON_RIM
+from peg_on_hole_ros.monitor.dangers.registry import ADVICE, IN_HOLE_OUTPUTS, ON_RIM_OUTPUTS
 from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
@@ -44,7 +44,7 @@ _TEXTS = (
     _OVERLOAD,
 )
 # Before what an alarm stated, while it is held without a value at its threshold.
-WAS = "no longer above its threshold, and held for a while; it was: "
+HELD_PREFIX = "no longer above its threshold, and held for a while; it was: "
 _DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
@@ -52,7 +52,7 @@ _LOSS_NAMES = (
 _LOAD_NAMES = (
     "jamming_load", *(f"normal_{c}" for c in CONTACTS), *(f"max_normal_{c}" for c in CONTACTS),
 )  # fmt: skip
-_NAMES = (((), ON_RIM, IN_HOLE), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
+_NAMES = (((), ON_RIM_OUTPUTS, IN_HOLE_OUTPUTS), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
 ALARM_NAMES = ("jamming", "contact_loss", "overload")
 
 
@@ -88,4 +88,4 @@ def _alarm(i: int, alarm: tuple[int, int, int, int, np.ndarray]) -> Alarm:
     text = _DOUBT if held == NOT_JUDGED else _TEXTS[i][level][which]
     names = _NAMES[i][kind]
     values = tuple(numbers[: len(names)].tolist())
-    return Alarm(ALARM_NAMES[i], level, WAS + text if held == 1 else text, names, values)
+    return Alarm(ALARM_NAMES[i], level, HELD_PREFIX + text if held == 1 else text, names, values)

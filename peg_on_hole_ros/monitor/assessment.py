@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimator.fill_outputs import fill_outputs
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.closed_contacts import is_closed
-from peg_on_hole_ros.monitor.dangers.registry import assess_dangers, break_course, fill_dangers
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers, fill_dangers, restart_trends
 from peg_on_hole_ros.monitor.evidence import weigh_wrench
 from peg_on_hole_ros.monitor.friction_step import follow_friction
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
@@ -54,7 +54,7 @@ def take_orientation(
     memory.oriented_ns = t_ns
     follow_orientation(memory, since, q, R, settings)
     if not foreseen:
-        break_course(memory.dangers)
+        restart_trends(memory.dangers)
 
 
 @compiled

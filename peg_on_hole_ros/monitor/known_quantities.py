@@ -1,4 +1,4 @@
-"""What is known of friction, clearance and reactions: with every mode, and without any."""
+"""What is known of friction, clearance and reactions, whatever the contact mode."""
 
 from math import fabs, sqrt
 

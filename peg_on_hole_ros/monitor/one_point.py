@@ -1,4 +1,4 @@
-"""Whether one of two points in the hole carries alone: contact sets nested in one estimate."""
+"""Which of the two points in the hole carries alone, by the estimate with two."""
 
 from math import exp, log, pi, sqrt
 

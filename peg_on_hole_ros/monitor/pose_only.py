@@ -20,7 +20,7 @@ from peg_on_hole_ros.monitor.states import Mode
 from peg_on_hole_ros.monitor.transition import lower_flag, update_flag
 from peg_on_hole_ros.outputs import Row
 
-LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
+MODES_OFF = "modes, forecast, risk and alarms are off (monitor.modes)"
 
 
 @compiled

@@ -281,7 +281,7 @@ class FrictionStepTest(NamedTuple):
 
 class RateTrend(NamedTuple):
     """
-    The course of a rate, followed by itself.
+    How the trend of a rate is followed.
 
     Attributes
     ----------
@@ -539,7 +539,7 @@ class StuckInHole(NamedTuple):
 
 class PresentState(NamedTuple):
     """
-    What of the present state a motion on three contacts is chosen from.
+    Which present state the advice on the way on is planned from.
 
     Attributes
     ----------

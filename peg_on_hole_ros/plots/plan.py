@@ -5,19 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from peg_on_hole_ros.mechanics.planning.profile import Profile
+from peg_on_hole_ros.mechanics.planning.load_profile import LoadProfile
 
 # Okabe and Ito's: K, and the more loaded of B1 and B2.
 _COLORS = {"K": "#0072b2", "B1, B2": "#d55e00"}
 
 
-def figure(plain: Profile, planned: Profile, gamma0: float, max_normal: Sequence[float]) -> Figure:
+def figure(
+    plain: LoadProfile, planned: LoadProfile, gamma0: float, max_normal: Sequence[float]
+) -> Figure:
     """
     Draw loads above and the determinant below; plain closing on the left, the plan on the right.
 
     Parameters
     ----------
-    plain, planned : mechanics.planning.profile.Profile
+    plain, planned : mechanics.planning.load_profile.LoadProfile
     gamma0 : float
         [rad]
     max_normal : sequence of 3 float

@@ -7,10 +7,10 @@ import numpy as np
 from peg_on_hole_ros.bags.batch import Batch, stretches
 from peg_on_hole_ros.config.configuration import BY_NAME
 from peg_on_hole_ros.config.options import Configuration, JointInput
-from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
+from peg_on_hole_ros.diagnosis.guarded_looks import Failures, GuardedLook
 from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 from peg_on_hole_ros.monitor.way_in import NOT_TOLD
-from peg_on_hole_ros.replay.loop import Loop
+from peg_on_hole_ros.replay.looped_recording import LoopedRecording
 from peg_on_hole_ros.replay.topic_findings import TopicOddities
 
 MISFIT = (
@@ -102,10 +102,13 @@ class InputOddities:
         self._spans: dict[str, list[int]] = {}
         own = joints.source == "peg"
         self._odd = {
-            "wrench": Fenced("oddities", TopicOddities, failures),
-            "joints": Fenced("oddities", lambda: TopicOddities(joints.names, own), failures),
+            "wrench": GuardedLook("oddities", TopicOddities, failures),
+            "joints": GuardedLook("oddities", lambda: TopicOddities(joints.names, own), failures),
         }
-        self._loops = {source: Fenced("loops", Loop, failures) for source in ("wrench", "joints")}
+        self._loops = {
+            source: GuardedLook("loops", LoopedRecording, failures)
+            for source in ("wrench", "joints")
+        }
 
     def add(self, batch: Batch, sources: dict[str, str]) -> None:
         """Take a batch; `sources` says which topics are `wrench` and `joints`."""
@@ -222,7 +225,7 @@ def _clocks(seconds):
 
 def remedy(dropped: dict[str, int], names: Sequence[str], seen: InputOddities) -> str:
     """
-    Return what to do about the commonest reason with a remedy for which messages were dropped.
+    Return the remedy for the commonest reason of dropped messages that has one.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from peg_on_hole_ros.robot.urdf_source import awaited
 _AS_A_FILE = "name the robot's description as a file in joints.urdf"
 
 
-class Settled(NamedTuple):
+class CompletedSettings(NamedTuple):
     """
     A configuration that is whole.
 
@@ -33,7 +33,7 @@ class Settled(NamedTuple):
     line: str
 
 
-def settled(bag: Bag, configuration: Configuration) -> Settled:
+def completed_settings(bag: Bag, configuration: Configuration) -> CompletedSettings:
     """
     Return a configuration with what the bag tells of the robot; one that is settled stays.
 
@@ -47,15 +47,15 @@ def settled(bag: Bag, configuration: Configuration) -> Settled:
     """
     joints = configuration.joints
     if joints.source != "robot":
-        return Settled(configuration, "")
+        return CompletedSettings(configuration, "")
     if awaited(joints):
         configuration = _with_topic(bag, configuration)
     configuration = described(configuration)
     frame = _frame(bag, absolute(configuration.topics.wrench))
     if frame is None:
-        return Settled(configuration, "")
+        return CompletedSettings(configuration, "")
     wrench, line = mounting(configuration, frame)
-    return Settled(replace(configuration, wrench=wrench), line)
+    return CompletedSettings(replace(configuration, wrench=wrench), line)
 
 
 def _with_topic(bag, configuration):

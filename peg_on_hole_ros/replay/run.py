@@ -16,7 +16,7 @@ from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.config.configuration import from_parameters, node_options
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
-from peg_on_hole_ros.diagnosis.fence import Failures
+from peg_on_hole_ros.diagnosis.guarded_looks import Failures
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import METHODS, make_filter
@@ -34,7 +34,7 @@ from peg_on_hole_ros.messages.stream import (
 from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.records import Arrivals
 from peg_on_hole_ros.replay.advice import InputOddities, remedy
-from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, check_regular, urdf_path
 
 _REMEDY = (
@@ -242,7 +242,7 @@ def replay_bag(
     total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
-    configuration = settled(bag, configuration).configuration
+    configuration = completed_settings(bag, configuration).configuration
     orientation_of(configuration.joints)
     warm(configuration)
     stream = message_stream(

@@ -4,7 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.records import ACCURACIES, ALARM_LEVELS, CONTACTS, WEIGHED_SETTINGS
+from peg_on_hole_ros.records import ACCURACIES, ALARM_LEVELS, CONTACTS, UNOBSERVABLE_SETTINGS
 
 VERSION = 1
 # Why no reaction is told, though the outputs had some.
@@ -110,7 +110,9 @@ class Summary:
             "duration": self._passed.ns * 1e-9,
             "transition_time": self._transition,
             "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
-            "untold": dict(zip(WEIGHED_SETTINGS, self._untold or [None] * len(WEIGHED_SETTINGS))),
+            "untold": dict(
+                zip(UNOBSERVABLE_SETTINGS, self._untold or [None] * len(UNOBSERVABLE_SETTINGS))
+            ),
             "accuracies": dict(zip(ACCURACIES, self._root_mean_square())),
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())
@@ -126,7 +128,7 @@ def without_reactions(content: dict) -> dict:
     return content | {
         "reactions_void": VOID,
         "max_normal": nothing,
-        "untold": dict.fromkeys(WEIGHED_SETTINGS),
+        "untold": dict.fromkeys(UNOBSERVABLE_SETTINGS),
         "accuracies": dict.fromkeys(ACCURACIES),
         "cycles": [
             cycle | {"peak_normal": nothing, "mean_normal": nothing} for cycle in content["cycles"]

@@ -79,7 +79,7 @@ class WouldUse:
         return fates(self.stream.counts, read)[:2]
 
     def alone(self, read: dict[str, int]) -> tuple[dict[str, int], dict[str, int]]:
-        """Return the same where there is no order between the topics to keep to."""
+        """Return the same by topic, whatever the order between topics."""
         used, dropped = dict(self.usable), fates(self.stream.counts, read)[1]
         dropped = {name: n for name, n in dropped.items() if not name.endswith(_OF_ORDER)}
         for topic, found in self.statistics.items():

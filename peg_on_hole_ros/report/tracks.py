@@ -28,7 +28,7 @@ TRACK_COLUMNS = (
     *(name + end for name in _BANDS for end in ("", "_low", "_high")),
     *SCALARS,
 )
-MOMENTS = (
+SNAPSHOT_COLUMNS = (
     "load",
     *ANGLES,
     *("x", "y", "z"),
@@ -73,7 +73,7 @@ class Tracks:
         self.peaks: dict[str, PeakReaction] = {}
         self._time = PassedTime()
         self._rows = ThinnedRows(len(TRACK_COLUMNS))
-        self._moments = ThinnedRows(len(MOMENTS), most_loaded)
+        self._moments = ThinnedRows(len(SNAPSHOT_COLUMNS), most_loaded)
         self._turned = [0.0, 0.0]
         self._before: tuple[float, float] | None = None
         self._resting = self._unknown = 0
@@ -195,9 +195,9 @@ class Tracks:
         return named(*self._rows.arrays(most), TRACK_COLUMNS)
 
     def moments(self) -> dict[str, np.ndarray]:
-        """Return `t` [s] and MOMENTS: whole rows, near each other those with the most load."""
+        """Return `t` [s] and SNAPSHOT_COLUMNS of whole rows: of near ones the most loaded."""
         t_ns, values = self._moments.arrays(MOST_MOMENTS)
-        return {"t": t_ns * 1e-9, **dict(zip(MOMENTS, values.astype(float).T))}
+        return {"t": t_ns * 1e-9, **dict(zip(SNAPSHOT_COLUMNS, values.astype(float).T))}
 
 
 def named(t_ns: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:

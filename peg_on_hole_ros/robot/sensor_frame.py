@@ -90,7 +90,7 @@ def _mounting_text(wrench):
 
 
 def alike(stated: WrenchInput, found: WrenchInput, name: str) -> bool:
-    """Return whether `sensor_xyz` or `sensor_rpy` of two sensors is one."""
+    """Return whether two sensors agree in `sensor_xyz` or `sensor_rpy`."""
     if name == "sensor_xyz":
         return bool(
             np.linalg.norm(np.subtract(stated.sensor_xyz, found.sensor_xyz)) <= NEAR_POSITION

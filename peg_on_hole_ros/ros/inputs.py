@@ -113,7 +113,7 @@ def take_waiting(subscription: Subscription) -> int:
 
 class WaitingMessages:
     """
-    DDS keeps no order between topics: behind a busy moment all wrenches may come first.
+    Messages that wait, merged by stamp: DDS keeps no order between topics.
 
     The joint states among them would then be late. So what is there together is handed on in the
     order of stamps, each source for itself in the order in which it came.

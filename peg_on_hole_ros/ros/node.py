@@ -19,7 +19,7 @@ from rclpy.timer import Timer
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from peg_on_hole_ros.config.configuration import half_stated
+from peg_on_hole_ros.config.configuration import half_stated_zero
 from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -45,8 +45,8 @@ from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
 from peg_on_hole_ros.safe_text import printable, shown
 from peg_on_hole_ros.startup.compiling import log_quarters, watched
+from peg_on_hole_ros.startup.exit_codes import exit_code
 from peg_on_hole_ros.startup.interrupt import ended_by_signals, note_signals
-from peg_on_hole_ros.startup.one_line import exit_code
 
 TRACEBACK_PERIOD = 60.0  # [s] between two tracebacks in the log
 NO_CLOCK = (
@@ -59,7 +59,7 @@ SILENT = "no wrench has come for a second, the sensor may carry something else b
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
-class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, LifecycleNode):  # type: ignore[misc]
+class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusals, LifecycleNode):  # type: ignore[misc]
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
 
@@ -104,7 +104,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         self.configuration, self.options = node_parameters.read(self)
-        self._warn(filter(None, [half_stated(self.configuration)]))
+        self._warn(filter(None, [half_stated_zero(self.configuration)]))
         begun = time.perf_counter()
         with watched(log_quarters(self.get_logger().info)):  # type: ignore[arg-type]
             warm(self.configuration, to_ros)
@@ -262,7 +262,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._stream.undescribed("wrench")
             return self._diagnostics.received("wrench", 0)
         self._recording.wrench(payload)
-        published = self._stream.publish_wrench(payload, self._read_wrench)
+        published = self._stream.take_wrench_bytes(payload, self._read_wrench)
         if published is not None:
             self._outputs.publish(published)
             self._log_cycles(published.beside)

@@ -27,7 +27,7 @@ from peg_on_hole_ros.config.parameters_file import load_yaml, read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.urdf_source import beside
 from peg_on_hole_ros.safe_text import printable
-from peg_on_hole_ros.startup.one_line import exit_code_and_text
+from peg_on_hole_ros.startup.exit_codes import exit_code_and_text
 
 
 def declare(node: Node) -> None:
@@ -73,7 +73,7 @@ def _constraints(row):
     return "; ".join(told)
 
 
-class Explained:
+class ExplainsRefusals:
     """For a Node: says what can be set at present, and why the rest cannot."""
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:

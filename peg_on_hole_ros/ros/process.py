@@ -1,4 +1,4 @@
-"""What a process needs around its node: arguments, turns to work in, and an end."""
+"""Start, loop and exit of the node's process."""
 
 import os
 import re

@@ -78,7 +78,7 @@ class Publishers:
             self._outputs[suffix].handle.publish_raw(self._encoders[suffix](fields))
 
     def publish_last(self, messages: Iterable[Message]) -> None:
-        """Publish messages behind which the publishers go, also of a node that is not active."""
+        """Publish the last messages before the publishers are destroyed, active or not."""
         for message in messages:
             self.publish_all([message])
             # With a publisher DDS lets go of what nobody has acknowledged.

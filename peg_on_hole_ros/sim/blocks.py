@@ -193,7 +193,7 @@ def guided_block(
     return block
 
 
-def stuck_block(
+def wedged_block(
     model: Model, t: np.ndarray, state: np.ndarray, limits: Sequence[float]
 ) -> tuple[dict, bool, str]:
     """

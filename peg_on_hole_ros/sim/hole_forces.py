@@ -17,7 +17,7 @@ from peg_on_hole_ros.sim.holder import cross, rotation_vector
 from peg_on_hole_ros.sim.hole_places import SLOTS, touching_places
 
 # Of the surfaces along each other over that along the normal: Mindlin, 2 (1 - nu)/(2 - nu).
-ALONG = 0.82
+TANGENTIAL_STIFFNESS_RATIO = 0.82
 # Share of the critical damping of the peg's mass on one contact.
 DAMPING = 0.7
 
@@ -34,7 +34,12 @@ class Surface(NamedTuple):
 def surface_of(mass: float, stiffness: float) -> Surface:
     """Return the contacts of a peg of some mass [kg]; N/m and N s/m."""
     damping = 2 * DAMPING * np.sqrt(stiffness * mass)
-    return Surface(stiffness, ALONG * stiffness, damping, np.sqrt(ALONG) * damping)
+    return Surface(
+        stiffness,
+        TANGENTIAL_STIFFNESS_RATIO * stiffness,
+        damping,
+        np.sqrt(TANGENTIAL_STIFFNESS_RATIO) * damping,
+    )
 
 
 class HoleModel(NamedTuple):

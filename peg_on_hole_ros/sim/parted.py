@@ -28,7 +28,7 @@ LARGEST_GAP = 5e-4
 # Newton's steps to the offset that presses the contacts in by given depths.
 _PRESSING_STEPS = 3
 # The geometry of three points ends at gamma0 [rad].
-TILT_LEFT = 1e-5
+LEAST_TILT_ABOVE_GAMMA0 = 1e-5
 
 
 class PartedRun(NamedTuple):
@@ -254,7 +254,7 @@ def run_parted(
 
 
 def _ends(model, t, y, limits, stiffness):
-    if y[0] < model.p[7] + TILT_LEFT:
+    if y[0] < model.p[7] + LEAST_TILT_ABOVE_GAMMA0:
         return "transition"
     if contact_gaps(model.p, y[0], y[3:6].copy())[2].max() > LARGEST_GAP:
         return "gap"

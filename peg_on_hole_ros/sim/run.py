@@ -10,7 +10,7 @@ from peg_on_hole_ros.sim.blocks import (
     contact_block,
     guided_block,
     parted_block,
-    stuck_block,
+    wedged_block,
 )
 from peg_on_hole_ros.sim.command import evaluate, quintic
 from peg_on_hole_ros.sim.contact_run import Model, Start, contact_samples, run_contact
@@ -313,7 +313,7 @@ def _stuck(run):
         run.take_friction()
         end = run.stretch_end(tuple(PHASE_KINDS))
         samples = run.until(end)
-        block, stays, reason = stuck_block(run.model, samples, run.state, limits)
+        block, stays, reason = wedged_block(run.model, samples, run.state, limits)
         run.blocks.append(block)
         whole = len(block["t"]) == len(samples)
         run.t = end

@@ -1,5 +1,5 @@
 """
-SIGINT and SIGTERM end a command: by KeyboardInterrupt, or, where it runs until ended, in its turn.
+Signals that raise KeyboardInterrupt, or set a note that a loop looks at.
 
 A shell that ignores SIGINT, as a script does for what it starts in the background, passes that
 on, and Python then installs no handler: the command could only be killed. So an ignored signal is

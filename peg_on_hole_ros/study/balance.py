@@ -8,11 +8,11 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
-from peg_on_hole_ros.estimator.wrench_update import load_of
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN_BEGIN
+from peg_on_hole_ros.estimator.wrench_update import rim_load_bound
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
+from peg_on_hole_ros.study.equation_residual import unbalanced, wrench_noise
 
 
 def make_balance(
@@ -44,9 +44,9 @@ def balanced(
     Parameters
     ----------
     p : SceneScalars
-    state : ndarray, shape (OPEN,)
+    state : ndarray, shape (OPEN_BEGIN,)
         Angles, rates, accelerations, friction.
-    spread : ndarray, shape (OPEN,)
+    spread : ndarray, shape (OPEN_BEGIN,)
         Their standard deviations; 0: known.
     u : ndarray, shape (6,)
         Force and moment about the mass centre, peg axes [N], [N m].
@@ -55,9 +55,9 @@ def balanced(
         As for `unbalance`.
 
     """
-    points = np.zeros((1 + OPEN, OPEN + 3))
-    points[:, :OPEN] = state
-    points[1:, :OPEN] += np.diag(spread)
+    points = np.zeros((1 + OPEN_BEGIN, OPEN_BEGIN + 3))
+    points[:, :OPEN_BEGIN] = state
+    points[1:, :OPEN_BEGIN] += np.diag(spread)
     left, carried = unbalanced(p, points, u, small, work)
     noise = wrench_noise(p, points[0], u, wrench_covariance, small, work)
     weighted = np.linalg.solve(noise, carried[0])
@@ -87,7 +87,7 @@ class Balance(ContactFilter):
     ) -> None:
         settings = default_settings(**one_level.SETTINGS)
         super().__init__(scene, options, noise, offsets, settings)
-        if self._n != OPEN:
+        if self._n != OPEN_BEGIN:
             raise ValueError("a balance learns nothing")
         self._small, self._work = small, workspace()
 
@@ -98,7 +98,7 @@ class Balance(ContactFilter):
             super().weigh(u, contacts)
             return
         self.fields.wrench[:] = u
-        state.load = load_of(self.scalars, self.fields.wrench)
+        state.load = rim_load_bound(self.scalars, self.fields.wrench)
         state.time_in_contact = max(state.time_in_contact, 0.0) + state.time_since_wrench
         state.time_since_wrench = 0.0
         x, P = mixture.x[0], mixture.P[0]

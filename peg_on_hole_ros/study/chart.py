@@ -18,8 +18,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.balance import make_balance, make_small_angle
+from peg_on_hole_ros.study.cost_floor import arithmetic
 from peg_on_hole_ros.study.fewer_freedoms import make_one, make_two
-from peg_on_hole_ros.study.limit import arithmetic
 from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import Errors, always_in_contact, errors, run, thinned
 from peg_on_hole_ros.study.scenes import bound_along, least_errors

@@ -10,10 +10,10 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN
 from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
+from peg_on_hole_ros.study.equation_residual import unbalanced, wrench_noise
 
 PARTICLES = 300
 # Of the tangents' covariance, what particles are drawn from: they reach a little further.
@@ -42,7 +42,7 @@ class Particles(ContactFilter):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        if self._n != OPEN:
+        if self._n != OPEN_BEGIN:
             raise ValueError("the particle filter learns friction, and nothing else")
         self._drawn, self._work = np.random.default_rng(_SEED), workspace()
 

@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
-from peg_on_hole_ros.estimator.state import OPEN
+from peg_on_hole_ros.estimator.state import OPEN_BEGIN
 from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.balance import balanced
@@ -27,7 +27,7 @@ class Smoothed(Smoother):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        if self._n != OPEN:
+        if self._n != OPEN_BEGIN:
             raise ValueError("nothing but friction is left open here")
         self._wrenches: list[np.ndarray] = []
 

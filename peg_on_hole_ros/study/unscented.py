@@ -11,11 +11,11 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN
-from peg_on_hole_ros.estimator.wrench_update import load_of
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN
+from peg_on_hole_ros.estimator.wrench_update import rim_load_bound
 from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.study.unbalance import unbalance, wrench_noise
+from peg_on_hole_ros.study.equation_residual import unbalance, wrench_noise
 
 # All weights of the mean are positive, so that no covariance is lost.
 _SPREAD, _NORMAL, _KAPPA = 1.0, 2.0, 0.0
@@ -39,7 +39,7 @@ class Unscented(ContactFilter):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        if self._n != OPEN:
+        if self._n != OPEN_BEGIN:
             raise ValueError("the unscented filter learns friction, and nothing else")
         w = self._n + 3
         points = MerweScaledSigmaPoints(w, _SPREAD, _NORMAL, _KAPPA)
@@ -54,7 +54,7 @@ class Unscented(ContactFilter):
             super().weigh(u, contacts)
             return
         self.fields.wrench[:] = u
-        state.load = load_of(self.scalars, self.fields.wrench)
+        state.load = rim_load_bound(self.scalars, self.fields.wrench)
         state.time_in_contact += state.time_since_wrench
         state.time_since_wrench = 0.0
         x, P = mixture.x[0], mixture.P[0]

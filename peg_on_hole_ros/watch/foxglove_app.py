@@ -20,7 +20,7 @@ from rclpy.subscription import Subscription
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, LATCHED, TOPICS
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.watch.taking import subscribe, taken
+from peg_on_hole_ros.watch.polling import subscribe, taken
 
 LOOK_PERIOD = 0.02  # [s] between two looks at what has come
 # For so long the apps may take their leave [s].

@@ -10,7 +10,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from peg_on_hole_ros.safe_text import cut, printable, shown
-from peg_on_hole_ros.startup.one_line import PROGRAM, described
+from peg_on_hole_ros.startup.exit_codes import PROGRAM, described
 
 STREAM = "/stream"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")

@@ -17,8 +17,8 @@ from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import LATCHED, TOPICS
-from peg_on_hole_ros.watch.frames import WHOLE, Frames
-from peg_on_hole_ros.watch.taking import DEPTH, subscribe, taken
+from peg_on_hole_ros.watch.page_updates import WHOLE, PageUpdates
+from peg_on_hole_ros.watch.polling import DEPTH, subscribe, taken
 
 LATEST_ONLY = ("contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
 EVERY_CHANGE = ("contact_mode", "alarms")
@@ -39,14 +39,14 @@ class WatchedNode:
     ----------
     configuration : Configuration or None
         As the node has it, once it has said so.
-    frames : Frames
+    frames : PageUpdates
 
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.configuration: Configuration | None = None
-        self.frames = Frames()
+        self.frames = PageUpdates()
         self._context = rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node("peg_on_hole_watch", context=self._context)
@@ -70,7 +70,7 @@ class WatchedNode:
         return subscribe(self._node, name, TOPICS[topic], latched, topic in WHOLE, depth)
 
     def frame(self) -> dict:
-        """Take what has arrived; return a frame, ready for JSON, see `Frames`, with `status`."""
+        """Take what has arrived; return an update of the page (`PageUpdates`), with `status`."""
         self._ask()
         arrived = {topic: taken(self._subscriptions[topic]) for topic in (*WHOLE, *EVERY_CHANGE)}
         for topic in LATEST_ONLY:

@@ -193,7 +193,7 @@ def test_a_packed_file_that_is_cut_off_gives_what_lies_before(tmp_path, expected
     packed = PACK(plain.read_bytes())
     path.write_bytes(packed)
     assert samples(Bag(path)) == expected
-    # Frames one behind the other, as `zstd` takes files together.
+    # PageUpdates one behind the other, as `zstd` takes files together.
     data = plain.read_bytes()
     path.write_bytes(PACK(data[:10_000]) + PACK(data[10_000:]))
     assert samples(Bag(path)) == expected

@@ -13,9 +13,9 @@ from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.kernel import closed_forms
 from peg_on_hole_ros.sim.measure import START_NS, measure
-from peg_on_hole_ros.study import chart, limit, runs, scenes
+from peg_on_hole_ros.study import chart, cost_floor, runs, scenes
 from peg_on_hole_ros.study.bound import Meaning
-from peg_on_hole_ros.study.unbalance import small_forms
+from peg_on_hole_ros.study.equation_residual import small_forms
 
 pytest.importorskip("matplotlib.figure")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
@@ -112,15 +112,15 @@ def test_the_limit_takes_the_estimator_s_own_steps(motion):
     made = []
 
     def make(*given):
-        made.append(limit.Noted(*given))
+        made.append(cost_floor.Noted(*given))
         return made[-1]
 
     runs.run(configuration, list(measure(motion, 1)), clock, make)
     for _ in range(2):
-        peg, _ = limit.taken_anew(made[0], clock)
+        peg, _ = cost_floor.taken_anew(made[0], clock)
         assert np.array_equal(peg.mixture.mean, made[0].mixture.mean)
         assert np.array_equal(peg.mixture.covariance, made[0].mixture.covariance)
-    assert limit.arithmetic(configuration, list(measure(motion, 1)), clock) == 1.0
+    assert cost_floor.arithmetic(configuration, list(measure(motion, 1)), clock) == 1.0
 
 
 def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypatch):

@@ -16,7 +16,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.definitions import definition
-from peg_on_hole_ros.startup.one_line import INTERNAL, TRACEBACK, exit_code
+from peg_on_hole_ros.startup.exit_codes import INTERNAL, TRACEBACK, exit_code
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 # What a terminal obeys, but for the ends of lines.

@@ -9,10 +9,10 @@ from cli_helpers import config, fails, largest_file
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli import demo
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.startup.one_line import INTERNAL
+from peg_on_hole_ros.startup.exit_codes import INTERNAL
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 DESCRIPTION = (

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
+from peg_on_hole_ros.startup.exit_codes import INTERRUPTED, exit_code
 from peg_on_hole_ros.startup.interrupt import SIGNALS, ended_by_signals, note_signals
-from peg_on_hole_ros.startup.one_line import INTERRUPTED, exit_code
 
 NUMBA = {"__name__": "numba.core.made_up"}
 exec("def call(act):\n    act()", NUMBA)  # noqa: S102

@@ -7,7 +7,7 @@ import pytest
 from peg_on_hole_ros.config.configuration import (
     PARAMETERS,
     from_parameters,
-    half_stated,
+    half_stated_zero,
     node_options,
     to_parameters,
 )
@@ -253,4 +253,4 @@ def test_impossible_parameters_are_named_with_value_range_and_remedy(given, mess
     ],
 )
 def test_what_is_stated_by_half_is_told(given, said):
-    assert half_stated(from_parameters(given)) == said
+    assert half_stated_zero(from_parameters(given)) == said

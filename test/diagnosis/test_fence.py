@@ -15,7 +15,7 @@ from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
 from peg_on_hole_ros.diagnosis.suspected.suspect import has_part
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.monitor import still_possible
-from peg_on_hole_ros.replay.loop import Loop
+from peg_on_hole_ros.replay.looped_recording import LoopedRecording
 from peg_on_hole_ros.replay.topic_findings import TopicOddities
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
@@ -26,14 +26,18 @@ ERRORS = cycle(
     [np.linalg.LinAlgError("not positive\ndefinite"), KeyError("made up"), TypeError("made up")]
 )
 # Where each look is entered; the last of a recording's looks are asked after its last message.
-ENTERED = "take", "pass_by", "take_estimate"
+ENTERED = "take", "take_every_wrench", "take_estimate"
 MADE = {
     member.NAME: (member, next(part for part in ENTERED if has_part(member, part)))
     for member in SUSPECTED
 }
-BESIDE = {"still_possible": (still_possible, "possible")}
-LOOKS = MADE | BESIDE | {"oddities": (TopicOddities, "lines"), "loops": (Loop, "add")}
-NODE_LOOKS = {name: at for name, at in MADE.items() if not at[0].OFFLINE} | BESIDE
+ENGINE_MEMORY_BYTES = {"still_possible": (still_possible, "possible")}
+LOOKS = (
+    MADE
+    | ENGINE_MEMORY_BYTES
+    | {"oddities": (TopicOddities, "lines"), "loops": (LoopedRecording, "add")}
+)
+NODE_LOOKS = {name: at for name, at in MADE.items() if not at[0].OFFLINE} | ENGINE_MEMORY_BYTES
 ESTIMATE = [
     f"/peg_on_hole/{name}"
     for name in ("state", "state_stddev", "contacts", "contacts_stddev", "contact_mode", "pose")

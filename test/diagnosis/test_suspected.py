@@ -8,9 +8,9 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected import registry
 from peg_on_hole_ros.diagnosis.suspected.suspect import PARTS, Suspect, has_part
-from peg_on_hole_ros.engine import settings_check
+from peg_on_hole_ros.engine import settings_against_data
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.records import WEIGHED_SETTINGS
+from peg_on_hole_ros.records import UNOBSERVABLE_SETTINGS
 
 SAMPLES = ordered(300)
 STATED = Configuration().wrench.force_stddev
@@ -28,7 +28,7 @@ class Made(Suspect):
     def restart(self):
         self.taken = 0
 
-    def pass_by(self, t_ns, wrenches):
+    def take_every_wrench(self, t_ns, wrenches):
         self.passed += len(t_ns)
 
     def take(self, moment, unsure):
@@ -85,10 +85,10 @@ class Offline(Made):
 
 class Costly(Made):
     NAME = "costly"
-    COSTS = np.arange(1.0, 1.0 + len(WEIGHED_SETTINGS))
+    COSTS = np.arange(1.0, 1.0 + len(UNOBSERVABLE_SETTINGS))
 
     @property
-    def costs(self):
+    def reaction_errors(self):
         return self.COSTS if self.taken else None
 
     def take(self, moment, unsure):
@@ -96,7 +96,7 @@ class Costly(Made):
 
 
 def played(monkeypatch, *members, offline=False):
-    monkeypatch.setattr(settings_check, "SUSPECTED", (*members, *registry.SUSPECTED))
+    monkeypatch.setattr(settings_against_data, "SUSPECTED", (*members, *registry.SUSPECTED))
     line = Pipeline(Configuration(), offline=offline)
     return line, list(line.play(SAMPLES))
 
@@ -133,7 +133,7 @@ def test_costs_that_a_look_knows_are_published_on_three_contacts(monkeypatch):
     _, rows = played(monkeypatch, Costly)
     on_rim = [row.monitor for row in rows if row.contact_mode == "three_point"]
     assert len(on_rim) > 100
-    for name, cost in zip(WEIGHED_SETTINGS, Costly.COSTS):
+    for name, cost in zip(UNOBSERVABLE_SETTINGS, Costly.COSTS):
         assert {numbers[f"doubt_{name}"] for numbers in on_rim} == {cost}
 
 

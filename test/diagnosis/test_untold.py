@@ -9,7 +9,7 @@ import pytest
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.records import WEIGHED_SETTINGS, WrenchSample
+from peg_on_hole_ros.records import UNOBSERVABLE_SETTINGS, WrenchSample
 from peg_on_hole_ros.replay.run import stored_configuration
 from recorded_faults import BAGS, samples
 
@@ -74,7 +74,8 @@ def test_slip_tells_that_force_in_time():
 def test_a_motion_in_all_directions_tells_all():
     told = played(CYCLE, end=5.5)[1]
     begun, later = (
-        {name: told[t].monitor[f"doubt_{name}"] for name in WEIGHED_SETTINGS} for t in (1.6, 5.4)
+        {name: told[t].monitor[f"doubt_{name}"] for name in UNOBSERVABLE_SETTINGS}
+        for t in (1.6, 5.4)
     )
     assert max(begun.values()) > 8.0 and max(later.values()) < 1.5
     # In the air there are no reactions that it could cost.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.estimator.direction import slip_moments
+from peg_on_hole_ros.estimator.friction_direction import slip_statistics
 from peg_on_hole_ros.estimator.state import RATE
 
 # Two rates that are the slip's two components, and one that does not move the contact.
@@ -14,7 +14,7 @@ def moments(slip, variances, share=1.0):
     x, P = np.zeros(RATE + 3), np.zeros((RATE + 3, RATE + 3))
     x[RATE : RATE + 2] = slip
     P[RATE : RATE + 2, RATE : RATE + 2] = np.diag(variances)
-    return slip_moments(ROWS, x, P, share)
+    return slip_statistics(ROWS, x, P, share)
 
 
 def drawn(slip, variances):

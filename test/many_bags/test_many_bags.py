@@ -15,7 +15,7 @@ import pytest
 from cli_helpers import ROOT, config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.many_bags.task import work
-from peg_on_hole_ros.cli.places import alone_in
+from peg_on_hole_ros.cli.output_paths import alone_in
 from recorded import described, motion, write
 
 BAGS = ROOT / "bags"

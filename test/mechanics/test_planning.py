@@ -10,13 +10,13 @@ from benchmarks.plans import Drawn, foreseen, simulated
 from paper.wedging import wedging
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.holder_lag import followed
+from peg_on_hole_ros.mechanics.planning.load_profile import profile
 from peg_on_hole_ros.mechanics.planning.motion import motion_of, path_of
 from peg_on_hole_ros.mechanics.planning.outlook import Cause
-from peg_on_hole_ros.mechanics.planning.profile import profile
 from peg_on_hole_ros.mechanics.planning.search import judge, kept, plan_motion, remedies
 from peg_on_hole_ros.mechanics.planning.spread import probability_below, quantile, spread_of
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
-from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.mechanics.planning.words import advice, as_data, in_words
 from peg_on_hole_ros.mechanics.scene import Scene
 

@@ -48,7 +48,7 @@ class Both:
 
     def wrench(self, payload):
         """Return the messages of both, as bytes."""
-        published = self.own.publish_wrench(payload, self._asked(WRENCH, "wrench"))
+        published = self.own.take_wrench_bytes(payload, self._asked(WRENCH, "wrench"))
         message = self._read(self.other, WRENCH, "wrench", payload)
         wanted = [] if message is None else self.other.on_wrench(message)
         given = [] if published is None else [*published.estimate, *self._bytes(published.beside)]

@@ -11,8 +11,8 @@ from peg_on_hole_ros.monitor.alarm_text import alarms_of
 from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
 from peg_on_hole_ros.monitor.dangers.registry import (
     ADVICE,
-    IN_HOLE,
-    ON_RIM,
+    IN_HOLE_OUTPUTS,
+    ON_RIM_OUTPUTS,
     OUTPUTS,
     PARTS,
     Danger,
@@ -36,8 +36,8 @@ def test_each_danger_has_its_advice_and_each_part_its_output():
     assert set(OUTPUTS) <= set(MONITOR_NAMES)
     assert len(parts(new(Dangers))) == len(PARTS)
     (room,) = dtype_of(AlarmRow)["numbers"].shape
-    # `put_numbers` fills in one more than ON_RIM has.
-    assert max(len(ON_RIM) + 1, len(IN_HOLE)) <= room
+    # `put_numbers` fills in one more than ON_RIM_OUTPUTS has.
+    assert max(len(ON_RIM_OUTPUTS) + 1, len(IN_HOLE_OUTPUTS)) <= room
 
 
 @pytest.mark.parametrize("danger", Danger)
@@ -56,7 +56,7 @@ def test_the_likeliest_danger_is_the_one_the_alarm_speaks_of(danger):
         assert alarms_of(alarms.published, nan, nan)[0].message == own[level - 1]
 
 
-@pytest.mark.parametrize(("insertion", "names"), [(0.0, ON_RIM), (0.2, IN_HOLE)])
+@pytest.mark.parametrize(("insertion", "names"), [(0.0, ON_RIM_OUTPUTS), (0.2, IN_HOLE_OUTPUTS)])
 def test_the_alarm_has_the_numbers_that_are_published(insertion, names):
     dangers, numbers, rows = new(Dangers), np.zeros(7), NOTHING.copy()
     dangers.stuck.insertion, dangers.stuck.margin = insertion, 3.0

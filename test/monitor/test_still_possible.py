@@ -183,7 +183,7 @@ def test_a_node_says_what_a_replay_says():
             continue
         wrench = {"force": xyz(item.sample.force), "torque": xyz(item.sample.torque)}
         fields = {"header": header(item.sample.t_ns), "wrench": wrench}
-        published = stream.publish_wrench(ENCODE(fields), lambda _, fields=fields: fields)
+        published = stream.take_wrench_bytes(ENCODE(fields), lambda _, fields=fields: fields)
         live += [fields for topic, _, fields in published.beside if topic == "alarms"]
     replay_bag(bag, configuration, 10.0, [replayed])
     assert live == replayed.alarms

@@ -8,7 +8,7 @@ import pytest
 from peg_on_hole_ros.messages.beside_estimates import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.monitor.output_row import NOTHING
-from peg_on_hole_ros.records import ACCURACIES, WEIGHED_SETTINGS, Rows
+from peg_on_hole_ros.records import ACCURACIES, UNOBSERVABLE_SETTINGS, Rows
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.stamp_statistics import StampStatistics
 from peg_on_hole_ros.replay.summary import Summary
@@ -66,7 +66,7 @@ def test_figures_are_those_of_the_outputs():
         "duration": pytest.approx(0.004, abs=1e-12),
         "transition_time": pytest.approx(0.002, abs=1e-12),
         "max_normal": {"K": 4.0, "B1": 20.0, "B2": 3.0},
-        "untold": dict.fromkeys(WEIGHED_SETTINGS),
+        "untold": dict.fromkeys(UNOBSERVABLE_SETTINGS),
         "accuracies": dict.fromkeys(ACCURACIES),
         "contact_mode": {"three_point": 0.4, "two_point": 0.6},
         "alarms": [

@@ -8,7 +8,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.watch.frames import WHOLE, Frames
+from peg_on_hole_ros.watch.page_updates import WHOLE, PageUpdates
 
 MS = 1_000_000
 SCENE = Scene()
@@ -35,7 +35,7 @@ def told(frames, **arrived):
 @pytest.mark.parametrize("together", [True, False])
 def test_no_load_is_lost_where_it_arrives_after_its_state(together):
     """A slow sensor's wrench, or the last one: no other state comes beside its contacts."""
-    frames = Frames()
+    frames = PageUpdates()
     for k in range(1, 6):
         load = 30.0 + k
         if together:
@@ -52,13 +52,13 @@ def test_no_load_is_lost_where_it_arrives_after_its_state(together):
 
 
 def test_nothing_is_told_before_the_first_state():
-    frames = Frames()
+    frames = PageUpdates()
     assert "t" not in told(frames, contacts=[contacts(1, 30.0)])
     assert told(frames, state=[state(2)])["anew"]
 
 
 def test_stamps_that_fall_begin_anew_without_the_loads_of_before():
-    frames = Frames()
+    frames = PageUpdates()
     told(frames, state=[state(100)], contacts=[contacts(100, 30.0)])
     begun = told(frames, state=[state(1)])
     assert begun["anew"] and len(frames.kept) == 1

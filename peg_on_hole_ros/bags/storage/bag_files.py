@@ -48,7 +48,7 @@ class BagFiles(NamedTuple):
     stands_for: dict[str, Path] = {}
 
     def read(self) -> list[Path]:
-        """Return every file that reading the bag rests on, and a folder that nothing describes."""
+        """Return all files that are read, and the folder itself if nothing describes it."""
         if self.description:
             return [*self.files, self.description]
         return [*self.files, *([self.path] if self.path.is_dir() else [])]

@@ -22,7 +22,7 @@ _BUILT_IN = ("builtin_interfaces/Time", "builtin_interfaces/Duration")
 _MOST_FIELDS = 10_000
 
 
-class Serving(NamedTuple):
+class SchemaDecoding(NamedTuple):
     """
     What decodes the messages of a channel.
 
@@ -45,26 +45,26 @@ class Serving(NamedTuple):
     lacking: str = ""
 
 
-def serving(schema: Schema | None) -> Serving:
+def serving(schema: Schema | None) -> SchemaDecoding:
     """Return what decodes messages of a schema; None: the bag has none."""
     if schema is None:
-        return Serving(None, False, False)
+        return SchemaDecoding(None, False, False)
     own = own_schema(schema.id, schema.name)
     if not schema.data.strip() or schema.encoding != "ros2msg":
         # Some recorders leave the definition out, or have it as IDL, from which the same bytes
         # come; that of a type known here will do.
-        return Serving(own, own is not None, _stamped(own))
+        return SchemaDecoding(own, own is not None, _stamped(own))
     try:
         parts = _parts(schema.data.decode(), schema.name)
         lacking = ", ".join(_lacking(parts, _short(schema.name)))
     except (ValueError, UnicodeDecodeError):
         parts, lacking = None, "all of its fields"
     if lacking:
-        return Serving(own, own is not None, _stamped(own), lacking)
+        return SchemaDecoding(own, own is not None, _stamped(own), lacking)
     usual = own is not None and _flat(parts, schema.name) == _flat(
         _parts(own.data.decode(), schema.name), schema.name
     )
-    return Serving(schema, usual, _stamped(schema))
+    return SchemaDecoding(schema, usual, _stamped(schema))
 
 
 def own_schema(number: int, ros_type: str) -> Schema | None:

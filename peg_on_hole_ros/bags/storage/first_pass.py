@@ -45,7 +45,7 @@ class Block(NamedTuple):
     wrong: np.ndarray = np.empty(0, np.int64)
     place_ns: np.ndarray = np.empty(0, np.int64)
 
-    def in_place(self, rows: MessageRows) -> MessageRows:
+    def with_log_times_repaired(self, rows: MessageRows) -> MessageRows:
         """Return its messages with wrong log times replaced."""
         if not len(self.wrong):
             return rows

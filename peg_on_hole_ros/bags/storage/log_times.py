@@ -1,5 +1,5 @@
 """
-Log times that cannot be: messages whose stamp says better than the log time when they came.
+Impossible log times found, and replaced by the messages' stamps.
 
 A log time is taken for wrong where two things hold. Log time less stamp differs from what it is
 for most messages about it, and the log time lies farther from most of those about it in the file

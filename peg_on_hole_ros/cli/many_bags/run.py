@@ -13,14 +13,14 @@ from peg_on_hole_ros.cli.many_bags.table import PARQUET, rows_of, write_tables
 from peg_on_hole_ros.cli.many_bags.task import Task, settings_hash
 from peg_on_hole_ros.cli.many_bags.which_bags import named_bags
 from peg_on_hole_ros.cli.many_bags.workers import on_cluster, on_this_machine
-from peg_on_hole_ros.cli.places import alone_in, out_folder, write_text
+from peg_on_hole_ros.cli.output_paths import alone_in, out_folder, write_text
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.warm_up import warm
+from peg_on_hole_ros.report.many_bags_page import shift_page
 from peg_on_hole_ros.report.page import library
-from peg_on_hole_ros.report.shift_page import shift_page
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, urdf_path
 
 PAGE = "index.html"

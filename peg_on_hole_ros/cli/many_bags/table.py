@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from io import StringIO
 from pathlib import Path
 
-from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 
 CSV, PARQUET = "bags.csv", "bags.parquet"

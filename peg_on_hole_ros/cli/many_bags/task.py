@@ -13,14 +13,14 @@ from peg_on_hole_ros import __version__
 from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
 from peg_on_hole_ros.cli.many_bags.which_bags import RESULT
-from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.cli.table import to_json
 from peg_on_hole_ros.errors import BagDamaged, BagError
 from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 from peg_on_hole_ros.report.provenance import hash_file
 from peg_on_hole_ros.safe_text import printable
-from peg_on_hole_ros.startup.one_line import exit_code_and_text
+from peg_on_hole_ros.startup.exit_codes import exit_code_and_text
 
 SUMMARY, REPORT, ESTIMATE = "summary.json", "report.html", "estimate.mcap"
 # A bag that cannot be read stays so; what went wrong otherwise may have been the machine's.

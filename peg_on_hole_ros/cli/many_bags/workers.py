@@ -11,7 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 
 from peg_on_hole_ros.cli.many_bags.task import Task, failed, work
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.startup.one_line import INTERNAL, described
+from peg_on_hole_ros.startup.exit_codes import INTERNAL, described
 
 # How often a bag is begun anew whose worker dies, and for how long a cluster is waited for [s].
 RETRIES = 2

@@ -13,23 +13,23 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Begins to look, by the settings that are used.
 `restart()`
     Forgets what a motion has shown.
-`pass_by(t_ns, wrenches)`, `count(wrenches)`, `take(moment, unsure)`,
-`take_estimate(t_ns, peg, determined)`, `lift()`
+`take_every_wrench(t_ns, wrenches)`, `count(wrenches)`, `take(instant, unsure)`,
+`take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
     What it looks at: every wrench; how many estimates were given; one wrench in 20 ms with the
     orientation; one estimate in 20 ms on three contacts, and that there is none. A look has those
     that it needs, and is called for no others.
 `unsure`, `hides` : bool
     Whether nothing sure of contacts can be published now, and whether findings of other looks
     cannot be trusted.
-`costs` : ndarray or None
+`reaction_errors` : ndarray or None
     What each setting that the motion cannot determine would cost if it is off, which is published
     as `doubt_*`. None is known as a rule.
 `findings()`
     What it has found: a `finding.Finding` each, with the sentence, the fields of WrenchInput with
     the values that fit, and whether these may be used in place of what is stated.
 
-`registry` is the only place that lists them. `engine/settings_check.py` walks it in order: it
-builds, calls and fences each look, reports and adopts what is found. Counts, causes in
+`registry` is the only place that lists them. `engine/settings_against_data.py` walks it in
+order: it builds, calls and fences each look, reports and adopts what is found. Counts, causes in
 `/diagnostics`, what is withheld in doubt, and the tables of docs/integration.md follow from it.
 
 To add a member, touch these files: a module here, `diagnosis/tuned.py` (a record of its numbers),

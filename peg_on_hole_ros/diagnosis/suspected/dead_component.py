@@ -3,7 +3,7 @@
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import DEAD_COMPONENT_TEST
 from peg_on_hole_ros.records import WRENCH_COMPONENTS
 
@@ -49,12 +49,12 @@ class DeadComponent(Suspect):
 
     @property
     def unsure(self) -> bool:
-        """Whether nothing sure of contacts can be published now."""
+        """Whether what rests on contacts must be withheld now."""
         return self.hides
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench, see the package."""
-        sample = moment.sample
+        sample = instant.sample
         now = (*sample.force, *sample.torque)
         self._rows[self._taken % DEAD_COMPONENT_TEST.reported] = now
         self._taken += 1

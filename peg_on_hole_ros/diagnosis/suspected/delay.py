@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import offsets_of, stated_offsets
 from peg_on_hole_ros.diagnosis.tuned import DELAY_TRIAL
+from peg_on_hole_ros.identification.fisher_scoring import Search
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
     CLEARANCE_AT,
@@ -22,7 +23,6 @@ from peg_on_hole_ros.identification.quantities import (
     measures,
 )
 from peg_on_hole_ros.identification.recording import Recording, slow_slip
-from peg_on_hole_ros.identification.scoring import Search
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS, SCORING
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
@@ -104,14 +104,14 @@ class Delay(Suspect):
         self._judging: Generator[None, None, None] | None = None
         self._wait = DELAY_TRIAL.every
 
-    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+    def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process every wrench, see the package."""
         if self.finding is None and len(t_ns):
             self._passed.append((t_ns, wrenches))
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Look at the latest orientation, see the package."""
-        measured, touches = moment.measured, moment.in_air is False and not unsure
+        measured, touches = instant.measured, instant.in_air is False and not unsure
         if self.finding is not None or not self._passed:
             return
         if self._kept:

@@ -1,11 +1,11 @@
-"""The bias: what a free peg reads beside its weight, also of a payload or a lever."""
+"""The sensor's zero, by what a free peg reads beside its weight; also a wrong payload or lever."""
 
 from math import hypot, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import FREE_AIR_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import WrenchSample
@@ -62,10 +62,10 @@ class FreeAir(Suspect):
         self._taken = 0
         self.finding: Finding | None = None
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench, see the package."""
-        if not unsure and not moment.stands_still:
-            self._take(moment.sample, moment.measured.q, moment.in_air is True)
+        if not unsure and not instant.stands_still:
+            self._take(instant.sample, instant.measured.q, instant.in_air is True)
 
     def _take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:
         R_HP = peg_axes(q)

@@ -41,7 +41,7 @@ class LowPass(Suspect):
         self._taken: list[tuple[ArrayLike, ArrayLike]] = []
         self._room = LOW_PASS_TEST.stretch
 
-    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+    def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process every wrench, see the package."""
         while len(t_ns):
             room = self._room

@@ -6,7 +6,7 @@ from math import exp, inf
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
 from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
@@ -48,9 +48,9 @@ class RimMotion(Suspect):
         self._count = 0
         self.finding: Finding | None = None
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Process an orientation with the peg's place, see the package."""
-        measurement, free = moment.measured, moment.in_air is not False
+        measurement, free = instant.measured, instant.in_air is not False
         if measurement.position is None or free or self.finding is not None:
             self._kept.clear()
             return

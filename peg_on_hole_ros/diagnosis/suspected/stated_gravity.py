@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import STATED_GRAVITY_TEST
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.safe_text import shown
@@ -35,7 +35,7 @@ class StatedGravity(Suspect):
     def __init__(self, stated: Stated) -> None:
         self._text = contradiction(stated.configuration)
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Report it with the first wrench, see the package."""
         if self._text and self.finding is None:
             self.finding = Finding(self._text, {}, "scene", voids=True)

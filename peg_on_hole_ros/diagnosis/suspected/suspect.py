@@ -13,7 +13,15 @@ from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import Floats
 
 # Parts of the interface that a look need not have.
-PARTS = ("pass_by", "count", "take", "take_estimate", "lift", "unsure", "costs")
+PARTS = (
+    "take_every_wrench",
+    "count",
+    "take",
+    "take_estimate",
+    "leave_three_contacts",
+    "unsure",
+    "reaction_errors",
+)
 
 
 class Stated(NamedTuple):
@@ -34,7 +42,7 @@ class Stated(NamedTuple):
     taken_off: np.ndarray
 
 
-class Moment(NamedTuple):
+class Instant(NamedTuple):
     """
     A wrench that is looked at, with what is known at its stamp.
 
@@ -83,8 +91,8 @@ class Suspect:
         What it has found; it stays until the look begins anew, or withdraws it.
     unsure : bool
         Whether nothing sure of contacts can be published now.
-    costs : ndarray, shape (settings,), or None
-        What each of `records.WEIGHED_SETTINGS` would cost if it is off [N]; None: nothing is
+    reaction_errors : ndarray, shape (settings,), or None
+        What each of `records.UNOBSERVABLE_SETTINGS` would cost if it is off [N]; None: nothing is
         known of it now.
     hides : bool
         Whether findings of other looks cannot be trusted now.
@@ -110,7 +118,7 @@ class Suspect:
         return False
 
     @property
-    def costs(self) -> Floats | None:
+    def reaction_errors(self) -> Floats | None:
         """See above."""
         return None
 
@@ -121,19 +129,19 @@ class Suspect:
     def restart(self) -> None:
         """Forget what a motion has shown."""
 
-    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+    def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process every wrench, in the order in which they came: stamps [ns], and rows (n, 6)."""
 
     def count(self, wrenches: int) -> None:
         """Count so many wrenches whose estimate was given."""
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench that is due; `unsure`: whether a look before this one is."""
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
         """Process an estimate on three contacts, at a stamp [ns]; `determined`: its reactions."""
 
-    def lift(self) -> None:
+    def leave_three_contacts(self) -> None:
         """Record that the peg is not on three contacts."""
 
 

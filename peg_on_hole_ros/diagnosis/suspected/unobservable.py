@@ -1,4 +1,4 @@
-"""Unobservable settings: what each would cost that is off; and a friction that is refuted."""
+"""Settings that the motion does not tell: how far off each leaves the reactions."""
 
 from math import hypot, sqrt
 from typing import NamedTuple
@@ -14,9 +14,9 @@ from peg_on_hole_ros.estimator.contact_sets import three_on_rim
 from peg_on_hole_ros.estimator.estimate import scene_of
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN, places_of
 from peg_on_hole_ros.measurements.rotations import skew
-from peg_on_hole_ros.records import WEIGHED_SETTINGS
+from peg_on_hole_ros.records import UNOBSERVABLE_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, new
 
 _PLACES, _TILT_PLACES = places_of(("clearance",)), places_of(("tilt",))
@@ -45,7 +45,7 @@ class Kind(NamedTuple):
     what: str
 
 
-# Of each of WEIGHED_SETTINGS. Torques are those of a hole of 50 mm; the clearance is a share.
+# Of each of UNOBSERVABLE_SETTINGS. Torques are those of a hole of 50 mm; the clearance is a share.
 KINDS = (
     Kind(1, 0.05, "", "of friction"),
     Kind(1, 0.1, "of it", "of clearance"),
@@ -110,7 +110,7 @@ class Unobservable(Suspect):
         self.restart()
 
     @property
-    def costs(self) -> Floats | None:
+    def reaction_errors(self) -> Floats | None:
         """Of KINDS, at the contact that each moves most [N]; None: not on three contacts."""
         return self._costs
 
@@ -121,7 +121,7 @@ class Unobservable(Suspect):
         self._looked_ns: int | None = None
         self._refuted = self._wrenches = 0
 
-    def lift(self) -> None:
+    def leave_three_contacts(self) -> None:
         """Record that the peg is not on three contacts."""
         self.restart()
 
@@ -174,7 +174,7 @@ class Unobservable(Suspect):
         # By the record of the last wrench: an orientation of its stamp may have come since.
         n, estimate, kalman = _N, peg.record, self._kalman
         p, motion, settings = scene_of(estimate), estimate.motion, peg.settings
-        x, P = np.zeros(n + 3), np.zeros((OPEN, OPEN))
+        x, P = np.zeros(n + 3), np.zeros((OPEN_BEGIN, OPEN_BEGIN))
         x[:3] = motion.gamma, motion.psi, motion.phi
         x[3:6] = motion.gamma_rate, motion.psi_rate, motion.phi_rate
         x[6:9], x[FRICTION], x[n:] = estimate.accelerations, p.f, estimate.reactions.normal
@@ -252,7 +252,9 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
 def words(costs: dict[str, float | None], configuration: Configuration) -> str:
     """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
     found = []
-    for name, kind, offset in zip(WEIGHED_SETTINGS, KINDS, offsets_of(configuration).tolist()):
+    for name, kind, offset in zip(
+        UNOBSERVABLE_SETTINGS, KINDS, offsets_of(configuration).tolist()
+    ):
         if (cost := costs[name]) is not None and cost >= 1.0:
             found.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
     lines = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(found, reverse=True)]

@@ -7,9 +7,9 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis import hypothesis_window
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.hypotheses import WrenchMeaning, changed, finding_text, hypotheses
+from peg_on_hole_ros.diagnosis.hypotheses import WrenchTransform, changed, finding_text, hypotheses
 from peg_on_hole_ros.diagnosis.rounding import Steps
-from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_WRENCH_TEST
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
@@ -60,7 +60,7 @@ class WrongWrench(Suspect):
         self._taken_off = np.array(stated.taken_off)
         self._stated = configuration.wrench
         self._all = hypotheses(configuration.wrench)
-        self._meanings = np.array([each.meaning for each in self._all], dtype_of(WrenchMeaning))
+        self._meanings = np.array([each.meaning for each in self._all], dtype_of(WrenchTransform))
         self._costs = np.array([each.cost for each in self._all])
         all_said = [set(each.settings) for each in self._all]
         self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
@@ -89,10 +89,10 @@ class WrongWrench(Suspect):
         """Whether what rests on the wrench is withheld."""
         return self.doubtful or self.finding is not None or self._coarse
 
-    def take(self, moment: Moment, unsure: bool) -> None:
+    def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench and the latest orientation, see the package."""
         before = self.finding
-        self._take(moment.sample, moment.measured)
+        self._take(instant.sample, instant.measured)
         self._is_new = self.finding is not before
 
     def findings(self) -> Sequence[Finding]:

@@ -3,11 +3,11 @@ Contact sets: which contacts a wrench is weighed with, one module for each.
 
 A member of `contact_set.ContactSet` has a module here, with the same interface:
 
-`UNKNOWN_REACTIONS` : int
+`SOLVED_REACTIONS` : int
     How many reactions the wrench determines, at most three. They stand behind all other values of
     the mean, from `places.reactions` on, in the places of N_K, N_B1 and N_B2. None: the wrench
     does not correct the motion.
-`DRIVEN_MOTION` : bool
+`WRENCH_MAY_DRIVE` : bool
     Whether the wrench alone may drive the motion, as in the method `dde_driven`.
 `IN_HOLE` : bool
     Whether the peg is in the hole on K and B, so that the tilt determines how deep it is, and a
@@ -21,7 +21,7 @@ A member of `contact_set.ContactSet` has a module here, with the same interface:
     -f = E (truth - mean) + noise. One that corrects the motion fills in as well
     `direction_noise`, the part of friction whose direction is unknown, and `by_friction`. It takes
     slips and lever arms from its geometry (`rim_geometry`, `hole_geometry`), and returns how far
-    the slip may point elsewhere, see `direction.direction_moments`.
+    the slip may point elsewhere, see `direction.friction_direction_statistics`.
 
 `unknown` has no model, so it has no `linearise`. `registry` is the only place that chooses by
 member.

@@ -6,8 +6,8 @@ from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
 
-UNKNOWN_REACTIONS = 0
-DRIVEN_MOTION = False
+SOLVED_REACTIONS = 0
+WRENCH_MAY_DRIVE = False
 IN_HOLE = False
 # Which of the batches in the air is filled, waits until no touch follows it, corrects the bias.
 FILLED, WAITS, SETTLED = range(3)

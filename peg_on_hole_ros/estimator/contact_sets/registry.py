@@ -8,27 +8,27 @@ from peg_on_hole_ros.typed_record import Floats
 
 
 @compiled
-def unknown_reactions(contact_set: int) -> int:
+def solved_reactions(contact_set: int) -> int:
     """Return how many reactions a wrench determines; 0: it does not correct the motion."""
     if contact_set == ContactSet.THREE:
-        return three_on_rim.UNKNOWN_REACTIONS
+        return three_on_rim.SOLVED_REACTIONS
     if contact_set == ContactSet.TWO:
-        return two_in_hole.UNKNOWN_REACTIONS
+        return two_in_hole.SOLVED_REACTIONS
     if contact_set == ContactSet.NONE:
-        return free.UNKNOWN_REACTIONS
-    return unknown.UNKNOWN_REACTIONS
+        return free.SOLVED_REACTIONS
+    return unknown.SOLVED_REACTIONS
 
 
 @compiled
 def may_drive_motion(contact_set: int) -> bool:
     """Return whether a wrench alone may drive the motion."""
     if contact_set == ContactSet.THREE:
-        return three_on_rim.DRIVEN_MOTION
+        return three_on_rim.WRENCH_MAY_DRIVE
     if contact_set == ContactSet.TWO:
-        return two_in_hole.DRIVEN_MOTION
+        return two_in_hole.WRENCH_MAY_DRIVE
     if contact_set == ContactSet.NONE:
-        return free.DRIVEN_MOTION
-    return unknown.DRIVEN_MOTION
+        return free.WRENCH_MAY_DRIVE
+    return unknown.WRENCH_MAY_DRIVE
 
 
 @compiled

@@ -8,8 +8,11 @@ from peg_on_hole_ros.estimator.applied_wrench import (
     six_of,
     subtract_applied_jacobian,
 )
-from peg_on_hole_ros.estimator.direction import direction_moments, fill_direction_noise
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_direction import (
+    fill_direction_noise,
+    friction_direction_statistics,
+)
 from peg_on_hole_ros.estimator.scene_at_mean import (
     fill_clearance_jacobian,
     scene_at,
@@ -38,9 +41,9 @@ from peg_on_hole_ros.mechanics.kernel import (
 from peg_on_hole_ros.typed_record import Floats
 
 # Accelerations and reactions.
-Answer = tuple[float, float, float, float, float, float]
-UNKNOWN_REACTIONS = 3  # N_K, N_B1, N_B2
-DRIVEN_MOTION = True
+Solution = tuple[float, float, float, float, float, float]
+SOLVED_REACTIONS = 3  # N_K, N_B1, N_B2
+WRENCH_MAY_DRIVE = True
 IN_HOLE = False
 
 
@@ -72,7 +75,7 @@ def linearise(
     Returns
     -------
     turned : float
-        See `direction.direction_moments`.
+        See `direction.friction_direction_statistics`.
 
     """
     state, settings, places, scratch = (
@@ -83,7 +86,7 @@ def linearise(
     work, E, residual = scratch.work, scratch.jacobian, scratch.residual
     gamma = within_closed_forms(scene, x[0])
     geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
-    turned = direction_moments(
+    turned = friction_direction_statistics(
         scene, geo, x, P, settings.direction_share, scratch.velocity_scale, scratch.unexplained
     )
     wrench = applied_wrench(kalman, scene, x, geo.s, geo.c)
@@ -177,7 +180,7 @@ def _expected_wrench(geo: ClosedForms, wrench: Wrench, scratch: Scratch) -> Wren
 @compiled
 def _differentiate_apart(
     kalman: FilterRecord, scene: SceneScalars, geo: ClosedForms,
-    rates: tuple[float, float, float], wrench: Wrench, y: Answer, frictions: tuple[float, float],
+    rates: tuple[float, float, float], wrench: Wrench, y: Solution, frictions: tuple[float, float],
 ) -> None:  # fmt: skip
     """
     Fill in the derivatives where friction at K differs: they are linear in each reaction.

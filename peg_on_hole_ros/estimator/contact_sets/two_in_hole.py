@@ -16,8 +16,8 @@ from peg_on_hole_ros.estimator.applied_wrench import (
     six_of,
     subtract_applied_jacobian,
 )
-from peg_on_hole_ros.estimator.direction import along_slip, slip_moments
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.friction_direction import along_slip, slip_statistics
 from peg_on_hole_ros.estimator.hole_geometry import (
     Arm,
     two_point_arms,
@@ -31,8 +31,8 @@ from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, Wrench, compiled
 from peg_on_hole_ros.typed_record import Floats
 
-UNKNOWN_REACTIONS = 2  # N_K, N_B
-DRIVEN_MOTION = False
+SOLVED_REACTIONS = 2  # N_K, N_B
+WRENCH_MAY_DRIVE = False
 IN_HOLE = True
 
 
@@ -66,7 +66,7 @@ def linearise(
     Returns
     -------
     turned : float
-        See `direction.direction_moments`.
+        See `direction.friction_direction_statistics`.
 
     """
     state, settings, places, scratch = (
@@ -88,8 +88,8 @@ def linearise(
             noise[i, j] = 0.0
     _subtract_inertia(scene, x, gamma, settings.inertia, scratch)
     K, B = two_point_arms(scene, gamma)
-    turned, left_K, scale2_K = slip_moments(two_point_slip(scene, gamma, 0), x, P, share)
-    other, left_B, scale2_B = slip_moments(two_point_slip(scene, gamma, 1), x, P, share)
+    turned, left_K, scale2_K = slip_statistics(two_point_slip(scene, gamma, 0), x, P, share)
+    other, left_B, scale2_B = slip_statistics(two_point_slip(scene, gamma, 1), x, P, share)
     _subtract_contact(kalman, scene, x, 0, K, scale2_K)
     _subtract_contact(kalman, scene, x, 1, B, scale2_B)
     # What the residual lacks is no part of the Jacobian, see `three_on_rim`.

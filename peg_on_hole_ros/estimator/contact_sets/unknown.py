@@ -4,8 +4,8 @@ from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats
 
-UNKNOWN_REACTIONS = 0
-DRIVEN_MOTION = False
+SOLVED_REACTIONS = 0
+WRENCH_MAY_DRIVE = False
 IN_HOLE = False
 
 

@@ -68,7 +68,7 @@ def begin(state: Rough) -> None:
 @compiled
 def follow(state: Rough, received: Received) -> None:
     """
-    Process a wrench, see the package; ratios follow the law of orientations (`estimator.noise`).
+    Process a wrench, see the package; as `estimator.orientation_noise` does orientations.
 
     Noise in contact alone is chatter: the filter uses it, and no setting is wrong.
     """

@@ -19,7 +19,7 @@ _LEAST_TURN = 0.01
 
 class Candidates(NamedTuple):
     """
-    Closing alone down to a tilt, and turning from it on; axes are alone, turning, tilt.
+    Motions that are tried: closing alone down to a tilt, then closing while turning.
 
     Attributes
     ----------

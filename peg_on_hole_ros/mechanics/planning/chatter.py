@@ -10,7 +10,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.planning.cell import Cell
-from peg_on_hole_ros.mechanics.planning.steady import Steady, holder_law, work_of_wrench
+from peg_on_hole_ros.mechanics.planning.steady import Steady, holder_law, wrench_map
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
@@ -50,7 +50,7 @@ def growth(
     g = contact_geometry(scene, gamma)
     J = np.moveaxis(velocity_jacobians(g, scene.peg_diameter, scene.hole_diameter), -1, 0)
     n = np.moveaxis(normals(g), -1, 0)
-    applied = work_of_wrench(scene, gamma)
+    applied = wrench_map(scene, gamma)
     mass = _mass(scene, g)
     stiff = applied @ holder_law(scene, cell, gamma, cell.stiffness, cell.rotational_stiffness)
     damped = applied @ holder_law(scene, cell, gamma, *cell.damping(scene))

@@ -9,10 +9,10 @@ import numpy as np
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.chatter import growth
 from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
+from peg_on_hole_ros.mechanics.planning.holder_lag import followed
 from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0, Path
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below, quantile
 from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
-from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.records import CONTACTS
 
 # Normalised determinant below which a motion counts as wedged: at 0 rigid motion ends.

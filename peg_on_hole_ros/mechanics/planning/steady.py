@@ -79,7 +79,7 @@ def steady_loads(
     smooth, right = _equations(replace(weightless, friction=0.0), q, rates)
     rough, _ = _equations(replace(weightless, friction=1.0), q, rates)
     wrench, spring = _holder(scene, cell, gamma)
-    applied = work_of_wrench(scene, gamma)
+    applied = wrench_map(scene, gamma)
     known = right + np.einsum("nij,nj->ni", applied, wrench)
     # Friction is in the reactions' columns alone, so that what is left of them is linear in it.
     without, full = _reactions(smooth), _reactions(rough)
@@ -115,7 +115,7 @@ def _reactions(A):
     return A[:, 3:, 3:] - A[:, 3:, :3] @ np.linalg.solve(A[:, :3, :3], A[:, :3, 3:])
 
 
-def work_of_wrench(scene: Scene, gamma: np.ndarray) -> np.ndarray:
+def wrench_map(scene: Scene, gamma: np.ndarray) -> np.ndarray:
     """Return what a wrench about the mass centre in (h, e, z) does in each equation, (n, 6, 6)."""
     g = contact_geometry(scene, gamma)
     W = np.zeros((gamma.size, 6, 6))

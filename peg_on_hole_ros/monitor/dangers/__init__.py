@@ -15,7 +15,7 @@ A `Record` of the danger's name
     Processes a wrench, and fills in what is found. A `situation.Situation` is what all dangers are
     judged by: the estimate, how the peg moves, and the push that closes it.
 
-`load` has `break_course(found)` as well: a course of values so far is no trend to go on.
+`load` has `restart_trends(found)` as well: a course of values so far is no trend to go on.
 `registry` is the only place that lists the dangers. The compiled judgement, the risk of any, the
 alarm with its texts and numbers, the published row, and what is withheld while a setting is in
 doubt follow from it.

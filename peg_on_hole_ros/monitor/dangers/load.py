@@ -50,11 +50,11 @@ class Load(Record):
 def forget(found: Load) -> None:
     """Begin anew with the next wrench."""
     found.probability, found.which = 0.0, 0
-    break_course(found)
+    restart_trends(found)
 
 
 @compiled
-def break_course(found: Load) -> None:
+def restart_trends(found: Load) -> None:
     """
     Begin the course of the reactions anew: they are no numbers to use, or jump.
 
@@ -72,7 +72,7 @@ def assess(found: Load, situation: Situation) -> None:
     estimate, shown, settings = situation.estimate, situation.shown, situation.settings
     found.probability, found.which = 0.0, 0
     if not (touches(shown) and reactions_usable(estimate, shown)):
-        break_course(found)
+        restart_trends(found)
         return
     normal, covariance, dt = (
         estimate.reactions.normal,

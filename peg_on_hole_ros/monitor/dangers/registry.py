@@ -47,10 +47,10 @@ ADVICE = (load.ADVICE, stuck.ADVICE, stall.ADVICE, wedging.ADVICE)
 # Parts of the risk as they are published, in the order of `parts`.
 PARTS = ("jamming_wedging", "jamming_stall", "jamming_load")
 # Names of the alarm's numbers, on the rim and in the hole, see `put_numbers`.
-ON_RIM = (*PARTS, "jamming_risk", "determinant")
-IN_HOLE = (*PARTS, "jamming_risk", "insertion_ratio", "whitney_margin")
+ON_RIM_OUTPUTS = (*PARTS, "jamming_risk", "determinant")
+IN_HOLE_OUTPUTS = (*PARTS, "jamming_risk", "insertion_ratio", "whitney_margin")
 # Outputs that rest on the dangers.
-OUTPUTS = tuple(dict.fromkeys(ON_RIM + IN_HOLE))
+OUTPUTS = tuple(dict.fromkeys(ON_RIM_OUTPUTS + IN_HOLE_OUTPUTS))
 
 
 class Dangers(Record):
@@ -89,9 +89,9 @@ def forget_dangers(dangers: Dangers) -> None:
 
 
 @compiled
-def break_course(dangers: Dangers) -> None:
+def restart_trends(dangers: Dangers) -> None:
     """Begin the courses of values anew: the peg does not move as predicted."""
-    load.break_course(dangers.load)
+    load.restart_trends(dangers.load)
 
 
 @compiled
@@ -169,13 +169,13 @@ def likeliest(dangers: Dangers) -> int:
 
 @compiled
 def is_in_hole(dangers: Dangers) -> bool:
-    """Return whether numbers are those of IN_HOLE; otherwise they are those of ON_RIM."""
+    """Return whether numbers are IN_HOLE_OUTPUTS; otherwise they are ON_RIM_OUTPUTS."""
     return dangers.stuck.insertion != 0.0
 
 
 @compiled
 def put_numbers(dangers: Dangers, numbers: Floats) -> None:
-    """Fill in the numbers of the alarm, as IN_HOLE or ON_RIM; see `is_in_hole`."""
+    """Fill in the numbers of the alarm, as IN_HOLE_OUTPUTS or ON_RIM_OUTPUTS; see `is_in_hole`."""
     count = 0
     for part in parts(dangers):
         numbers[count] = part

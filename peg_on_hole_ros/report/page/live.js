@@ -6,7 +6,7 @@ const SAID = {
   two_point: "Two-point contact: the peg is in the hole", unknown: "Contact not known",
   elsewhere: "Contact beside the hole, as with a plate",
 };
-const AGAIN = 1000;
+const RECONNECT_MS = 1000;
 
 class LiveDrawing extends Drawing {
   constructor(settings) {
@@ -62,7 +62,7 @@ class Page {
     stream.onmessage = (event) => this.take(JSON.parse(event.data));
     stream.onclose = () => {
       this.tell("peg-on-hole watch does not answer: has it ended? This page goes on trying.");
-      setTimeout(() => this.connect(), AGAIN);
+      setTimeout(() => this.connect(), RECONNECT_MS);
     };
   }
 

@@ -1,7 +1,7 @@
 // Reads the data of the page, then joins plots, drawing, slider and buttons at one time.
 "use strict";
 
-class Desk {
+class PageController {
   constructor(model) {
     this.model = model;
     this.time = 0;
@@ -91,7 +91,7 @@ async function start() {
   const waiting = document.querySelector(".waiting");
   try {
     runScript(await unpacked("library"));
-    const desk = new Desk(JSON.parse(await unpacked("data")));
+    const desk = new PageController(JSON.parse(await unpacked("data")));
     document.documentElement.dataset.ready = "yes";
     waiting.remove();
     return desk;

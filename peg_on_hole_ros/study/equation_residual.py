@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN, RATE
+from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN_BEGIN, RATE
 from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
     R_AT,
@@ -74,7 +74,7 @@ def unbalance(
     for i in range(6):
         out[i] -= work[R_AT + i]
         for j in range(3):
-            out[i] -= work[3 * i + j] * x[OPEN + j]
+            out[i] -= work[3 * i + j] * x[OPEN_BEGIN + j]
 
 
 @compiled

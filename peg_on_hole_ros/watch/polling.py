@@ -1,4 +1,4 @@
-"""Topics that are taken now and then, all that has come, and not one by one as they come."""
+"""Subscriptions that are polled: all that has come is taken now and then."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Output and errors as a terminal may have them, whose reader may go before the work is done."""
+"""stdout and stderr: printable for any terminal, and tolerant of a reader that has gone."""
 
 import os
 import sys
@@ -52,7 +52,7 @@ class _Stream:
 
 
 @contextmanager
-def readers_may_go() -> Iterator[None]:
+def ignore_broken_pipes() -> Iterator[None]:
     """Do what is done within to its end, whether anybody reads or not."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = map(_Stream, before)

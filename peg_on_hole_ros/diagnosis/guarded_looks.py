@@ -51,9 +51,9 @@ class Failures:
         ]
 
 
-class Fenced(Generic[Look]):
+class GuardedLook(Generic[Look]):
     """
-    A side look that may fail: what it raises becomes an answer that stands for no result.
+    Switches off, counts and reports a look that raises, so that it never ends the run.
 
     Any `Exception` is caught, as a wrong key or type within a look is no reason to end a run
     either. What ends a process (KeyboardInterrupt, SystemExit) is none.

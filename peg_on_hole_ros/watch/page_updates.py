@@ -23,7 +23,7 @@ _MOST_KEPT = 2000
 _NEW_STAMPS_NS = 1_000_000
 
 
-class Frames:
+class PageUpdates:
     """
     Makes frames of what has arrived; time is that of the stamps since the first.
 

@@ -1,4 +1,4 @@
-"""What of a bag a calibration is made of; what it leaves out is counted by a replay's reasons."""
+"""Samples that a calibration can use; the rest is counted by a replay's reasons."""
 
 from collections import Counter
 from typing import Any

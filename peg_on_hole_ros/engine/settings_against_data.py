@@ -10,12 +10,12 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.diagnosis.due import Due
-from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.guarded_looks import Failures, GuardedLook
 from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
 from peg_on_hole_ros.diagnosis.suspected.suspect import (
     PARTS,
-    Moment,
+    Instant,
     Stated,
     Suspect,
     has_part,
@@ -28,7 +28,7 @@ from peg_on_hole_ros.typed_record import Floats
 _NOISE = "force_stddev", "torque_stddev"
 
 
-class SettingsCheck:
+class SettingsAgainstData:
     """
     Looks for settings that are wrong, and for what is right: walks all suspected settings.
 
@@ -59,7 +59,7 @@ class SettingsCheck:
         self.failures = Failures(counts)
         self._due = Due()
         self._members = [member for member in SUSPECTED if offline or not member.OFFLINE]
-        self._looks: dict[type[Suspect], Fenced[Suspect]] = {}
+        self._looks: dict[type[Suspect], GuardedLook[Suspect]] = {}
         # What is used in place of what is stated.
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
@@ -77,10 +77,10 @@ class SettingsCheck:
         for member in self._members:
             if not (member.LASTS and member in self._looks):
                 make = partial(member, stated)
-                self._looks[member] = Fenced(member.NAME, make, self.failures)
+                self._looks[member] = GuardedLook(member.NAME, make, self.failures)
         self._with = {part: self._that_have(part) for part in PARTS}
 
-    def _that_have(self, part: str) -> list[Fenced[Suspect]]:
+    def _that_have(self, part: str) -> list[GuardedLook[Suspect]]:
         """Return the looks that have a part of the interface as their own."""
         return [look for member, look in self._looks.items() if has_part(member, part)]
 
@@ -105,7 +105,7 @@ class SettingsCheck:
         self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
 
     def restate(self, wrench: WrenchInput) -> bool:
-        """Replace what was found by noise that is stated anew; return whether it is."""
+        """Drop the noise that was found where noise is stated anew; return whether it is."""
         before, self._stated = self._stated, wrench
         changed = [name for name in _NOISE if getattr(wrench, name) != getattr(before, name)]
         for name in changed:
@@ -146,10 +146,10 @@ class SettingsCheck:
     def _is_used(self, finding):
         return bool(finding.found) and self._adopted.items() >= finding.found.items()
 
-    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+    def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process any wrenches in their order: stamps [ns], force and torque (n, 6)."""
-        for look in self._with["pass_by"]:
-            look(lambda it: it.pass_by(t_ns, wrenches), None)
+        for look in self._with["take_every_wrench"]:
+            look(lambda it: it.take_every_wrench(t_ns, wrenches), None)
 
     def count(self, wrenches: int) -> None:
         """Count so many wrenches whose estimate was given."""
@@ -161,21 +161,21 @@ class SettingsCheck:
         for look in self._with["take_estimate"]:
             look(lambda it: it.take_estimate(t_ns, peg, determined), None)
 
-    def lift(self) -> None:
+    def leave_three_contacts(self) -> None:
         """Record that the peg is not on three contacts."""
-        for look in self._with["lift"]:
-            look(lambda it: it.lift(), None)
+        for look in self._with["leave_three_contacts"]:
+            look(lambda it: it.leave_three_contacts(), None)
 
     @property
-    def costs(self) -> Floats | None:
+    def reaction_errors(self) -> Floats | None:
         """What each setting that is off would cost, of the first look that knows it [N]."""
-        for look in self._with["costs"]:
-            costs = look(_costs, None)
-            if costs is not None:
-                return costs
+        for look in self._with["reaction_errors"]:
+            reaction_errors = look(_reaction_errors, None)
+            if reaction_errors is not None:
+                return reaction_errors
         return None
 
-    def take(self, moment: Moment) -> bool:
+    def take(self, moment: Instant) -> bool:
         """
         Try what else a wrench that is due may mean.
 
@@ -215,7 +215,7 @@ class SettingsCheck:
         return True
 
 
-def _take(moment: Moment, unsure: bool, look: Suspect) -> None:
+def _take(moment: Instant, unsure: bool, look: Suspect) -> None:
     look.take(moment, unsure)
 
 
@@ -223,17 +223,17 @@ def _hides(look: Suspect) -> bool:
     return look.hides
 
 
-def _costs(look: Suspect) -> Floats | None:
-    return look.costs
+def _reaction_errors(look: Suspect) -> Floats | None:
+    return look.reaction_errors
 
 
-def _is_unsure(look: Fenced[Suspect]) -> bool:
+def _is_unsure(look: GuardedLook[Suspect]) -> bool:
     """Return whether a look doubts; of one that has failed that is dropped, but what it found."""
     found = look.look is not None and look.look.finding is not None
     return look(lambda it: it.unsure, found)
 
 
-def _findings(look: Fenced[Suspect]) -> Sequence[Finding]:
+def _findings(look: GuardedLook[Suspect]) -> Sequence[Finding]:
     """Return what a look has found, whether it has failed since or not."""
     found = None if look.look is None else look.look.finding
     return look(lambda it: it.findings(), () if found is None else (found,))

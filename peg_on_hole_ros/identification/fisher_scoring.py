@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.identification.likelihood import Likelihood, LikelihoodRun
-from peg_on_hole_ros.identification.quantities import Measures
+from peg_on_hole_ros.identification.quantities import SearchScales
 from peg_on_hole_ros.identification.tuned import SCORING
 
 
@@ -56,7 +56,7 @@ class Search:
         times the information of what is hardly told.
     centre : ndarray, shape (14,)
         Of the prior, of spread `measures.range`.
-    measures : Measures
+    measures : SearchScales
     limits : tuple of ndarray, shape (14,)
         Least and greatest coordinates; nothing is run beyond them.
     progress : callable
@@ -69,7 +69,7 @@ class Search:
         likelihood: Likelihood,
         still: Likelihood,
         centre: np.ndarray,
-        measures: Measures,
+        measures: SearchScales,
         limits: tuple[np.ndarray, np.ndarray],
         progress: Callable[[], None] = lambda: None,
     ) -> None:

@@ -1,4 +1,4 @@
-"""Places that commands write to: checked before the work, and none of what is read."""
+"""Paths of what is written: checked before any work, and none of what is read."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -13,7 +13,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 _RESULTS = (".csv", ".partial", ".png", ".svg")
 
 
-def check_places(
+def check_output_paths(
     inputs: Iterable[str | Path],
     bags: Iterable[str | None] = (),
     texts: Iterable[str | None] = (),

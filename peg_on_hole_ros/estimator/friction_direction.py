@@ -12,7 +12,7 @@ from peg_on_hole_ros.typed_record import Floats
 
 
 @compiled
-def direction_moments(
+def friction_direction_statistics(
     scene: SceneScalars,
     geo: ClosedForms,
     x: Floats,
@@ -51,23 +51,23 @@ def direction_moments(
     """
     turned = 0.0
     for i in range(3):
-        other, left[i], s2 = slip_moments(rim_slip(scene, geo, i), x, P, share)
+        other, left[i], s2 = slip_statistics(rim_slip(scene, geo, i), x, P, share)
         scales[i] = sqrt(s2 + SLIP_FLOOR.least_scale_square)
         turned += other / 3.0
     return turned
 
 
 @compiled
-def slip_moments(rows: Rows, x: Floats, P: Floats, share: float) -> tuple[float, float, float]:
+def slip_statistics(rows: Rows, x: Floats, P: Floats, share: float) -> tuple[float, float, float]:
     """
-    Return the moments of the direction of one slip, see `direction_moments`.
+    Return the moments of the direction of one slip, see `friction_direction_statistics`.
 
     Parameters
     ----------
     rows : tuple of 3 tuples of 3 float
         Its components by the rates [m/rad].
     x, P, share
-        As for `direction_moments`.
+        As for `friction_direction_statistics`.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def fill_direction_noise(
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     scratch : Scratch
-        With what `direction_moments` fills in: `velocity_scale` and `unexplained`;
+        With what `friction_direction_statistics` fills in: `velocity_scale` and `unexplained`;
         `direction_noise` and `by_friction` are filled.
 
     """

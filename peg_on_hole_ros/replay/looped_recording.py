@@ -9,7 +9,7 @@ _FEWEST_BEHIND = 20
 _HASH_FACTOR, _HASH_SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
 
 
-class Loop:
+class LoopedRecording:
     """
     Looks at the stamps of one topic in the order of a recording.
 

@@ -12,7 +12,7 @@ from peg_on_hole_ros.mechanics.planning.spread import quantile, spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
-class Profile(NamedTuple):
+class LoadProfile(NamedTuple):
     """
     A motion against tilt, until friction and clearance as stated reach two-point contact.
 
@@ -38,7 +38,7 @@ class Profile(NamedTuple):
 
 def profile(
     scene: Scene, cell: Cell, max_normal: Sequence[float], motion: ClosingMotion
-) -> Profile:
+) -> LoadProfile:
     """Return loads and determinant of a motion, of which friction is spread and clearance not."""
     spread = spread_of(scene)
     k = spread.middle[0]
@@ -48,7 +48,7 @@ def profile(
     _, f = spread.middle
     on = np.isfinite(found.determinant[0, f])
     determinant = np.where(np.isfinite(found.determinant), found.determinant, 1.0)
-    return Profile(  # type: ignore[call-arg]
+    return LoadProfile(  # type: ignore[call-arg]
         path.time[on],
         path.gamma[on],
         found.normal[:, 0, f][:, on],
