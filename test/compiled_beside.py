@@ -18,8 +18,8 @@ from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.start import forget_air, start_mixture
 from peg_on_hole_ros.estimator.state import (
     FRICTION,
-    OPEN,
-    QUANTITIES,
+    OPEN_BEGIN,
+    OPENABLE_QUANTITIES,
     begin_state,
     mixture_of,
     places_of,
@@ -82,7 +82,7 @@ def cell_of(scene, noise, open_quantities=(), considered=(), friction_learnt=Tru
     walk, learnt = np.zeros(n), np.ones(n + 3)
     walk[FRICTION] = 5e-4**2 if scene.friction_stddev else 0.0
     learnt[FRICTION] = friction_learnt
-    for name, width in QUANTITIES.items():
+    for name, width in OPENABLE_QUANTITIES.items():
         first = getattr(places, name)
         if name in open_quantities:
             walk[first : first + width] = (0.1 * np.array(STATED[name])) ** 2
@@ -111,7 +111,7 @@ class Compiled:
         self.mixture = mixture_of(self.state)
 
     def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
-        kalman, count = self.memory, self.cell.n - OPEN
+        kalman, count = self.memory, self.cell.n - OPEN_BEGIN
         kalman.start_friction, kalman.start_friction_stddev = friction, friction_stddev
         kalman.open_mean[:count], kalman.open_stddev[:count] = open_mean, open_stddev
         start_mixture(kalman, q, R, rate_stddev)
@@ -150,9 +150,11 @@ class Compiled:
 
 def stated(cell):
     """Return what both are started with beside an orientation."""
-    values = [v for name in QUANTITIES if name in cell.open_quantities for v in STATED[name]]
+    values = [
+        v for name in OPENABLE_QUANTITIES if name in cell.open_quantities for v in STATED[name]
+    ]
     scene = cell.scene
-    mean = np.zeros(cell.n - OPEN)
+    mean = np.zeros(cell.n - OPEN_BEGIN)
     return RATE_STDDEV, scene.friction, max(scene.friction_stddev, 1e-6), mean, np.array(values)
 
 

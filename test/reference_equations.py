@@ -39,7 +39,7 @@ class Cell(NamedTuple):
     scene : Scene
     settings : Settings
     open_quantities : tuple of str
-        Of `state.QUANTITIES`.
+        Of `state.OPENABLE_QUANTITIES`.
     wrench_noise, bias_map : ndarray, shape (6, 6)
         See `FilterRecord`.
     walk : ndarray, shape (n,)
@@ -65,7 +65,7 @@ class Cell(NamedTuple):
     def value(self, x: np.ndarray, quantity: str) -> np.ndarray:
         """Return an open quantity out of the mean, zero where it is known."""
         first = getattr(state.places_of(self.open_quantities), quantity)
-        width = state.QUANTITIES[quantity]
+        width = state.OPENABLE_QUANTITIES[quantity]
         return x[first : first + width] if first >= 0 else np.zeros(width)
 
     def is_open(self, quantity: str) -> bool:

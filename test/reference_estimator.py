@@ -11,7 +11,7 @@ import reference_equations as model
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     FRICTION,
-    OPEN,
+    OPEN_BEGIN,
     RATE,
     places_of,
 )
@@ -246,10 +246,10 @@ class ReferenceEstimator:
         """Let the angles be as uncertain as tilt and delay leave them."""
         n, P = self.cell.n, component.P
         measured = model.orientation(self.cell, component.x, q, R)
-        E, spread = measured.E[:, OPEN:n], P[OPEN:n, OPEN:n].copy()
+        E, spread = measured.E[:, OPEN_BEGIN:n], P[OPEN_BEGIN:n, OPEN_BEGIN:n].copy()
         P[_ANGLES, _ANGLES] += E @ spread @ E.T
-        P[_ANGLES, OPEN:n] = -E @ spread
-        P[OPEN:n, _ANGLES] = P[_ANGLES, OPEN:n].T
+        P[_ANGLES, OPEN_BEGIN:n] = -E @ spread
+        P[OPEN_BEGIN:n, _ANGLES] = P[_ANGLES, OPEN_BEGIN:n].T
         at = places_of(self.cell.open_quantities).delay
         if at >= 0:
             delay = P[at, at]

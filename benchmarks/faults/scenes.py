@@ -15,7 +15,7 @@ from peg_on_hole_ros.bags.truth import THREE_POINT, read_truth
 from peg_on_hole_ros.cli.simulation_file import read_plan
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.robot.kinematics import UrdfKinematics
 from peg_on_hole_ros.robot.urdf_file import read_chain
@@ -118,7 +118,7 @@ def scene(name: str, folder: Path) -> Scene:
 
 def read_part(name: str, part: Part, bag: Bag) -> Scene:
     """Return the scene that a part of a bag with its truth is."""
-    configuration, _ = settled(bag, stored_configuration(bag, any_urdf=True))
+    configuration, _ = completed_settings(bag, stored_configuration(bag, any_urdf=True))
     samples, frame = [], ""
     for topic, _, message in bag.messages(["/wrench", "/joint_states"]):
         if topic == "/wrench":

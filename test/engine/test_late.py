@@ -8,7 +8,7 @@ import pytest
 from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total, undoubted
 from peg_on_hole_ros.engine import ring, snapshots
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.engine.state import ORIENTATION_WIDTH
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.registry import METHODS
@@ -154,7 +154,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
     line = pipeline()
     processor = line.processor
     kept, words = ring.new_ring(processor.filter.state), processor.words
-    state, orientation = processor.filter.state, np.zeros(ORIENTATION)
+    state, orientation = processor.filter.state, np.zeros(ORIENTATION_WIDTH)
     r, late = kept.places[0], 0
     for k in range(2 * MOST_WRENCHES):
         now = 100_000 * k

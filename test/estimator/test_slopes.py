@@ -14,7 +14,7 @@ from peg_on_hole_ros.estimator.orientation import (
     fill_orientation_jacobian,
     fill_orientation_residual,
 )
-from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN, places_of
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN_BEGIN, places_of
 from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
 from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
@@ -32,7 +32,10 @@ def drawn(seed):
     x = np.zeros(N + 3)
     x[:3] = rng.uniform([0.09, -3.0, -3.0], [0.4, 3.0, 3.0])
     x[3:9] = rng.normal(size=6) * ([0.3] * 3 + [20.0] * 3)
-    x[FRICTION], x[OPEN:N] = rng.uniform(0.1, 0.4), rng.normal(size=N - OPEN) * open_stddev
+    x[FRICTION], x[OPEN_BEGIN:N] = (
+        rng.uniform(0.1, 0.4),
+        rng.normal(size=N - OPEN_BEGIN) * open_stddev,
+    )
     x[N:] = rng.uniform(5.0, 100.0, 3)
     root = rng.normal(size=(N + 3, N + 3)) * 0.01
     return cell, x, root @ root.T, rng.normal(size=6) * ([30.0] * 3 + [1.0] * 3)

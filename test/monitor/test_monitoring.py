@@ -4,7 +4,7 @@ import pytest
 
 from judging import Alarms, Level, Risk, Shown
 from peg_on_hole_ros.config.options import MonitorOptions
-from peg_on_hole_ros.monitor.alarm_text import WAS
+from peg_on_hole_ros.monitor.alarm_text import HELD_PREFIX
 from peg_on_hole_ros.monitor.states import AlarmLevel
 
 OPTIONS = MonitorOptions()
@@ -146,7 +146,7 @@ def test_a_loss_that_is_held_says_which_contact_it_was():
         loss = updates(alarms, 1e-3, 0.2 + k * 1e-3, shown=again)["contact_loss"]
         levels.append(loss.level)
         if loss.level:
-            held.add((loss.message.startswith(WAS), "B1" in loss.message, loss.numbers[1]))
+            held.add((loss.message.startswith(HELD_PREFIX), "B1" in loss.message, loss.numbers[1]))
     assert held == {(True, True, 0.99)}
     assert levels[0] == ERROR and WARN in levels and levels[-1] == OK
     # Nothing is held: the numbers are those of now.
@@ -164,7 +164,7 @@ def test_an_overload_that_is_held_says_which_contact_it_was_with_its_numbers(mod
     assert now.level == ERROR and "B1 is over" in now.message
     for begin in (0.1, 0.11):
         held = updates(alarms, 0.01, begin, mode=mode, normal=[0.0] * 3)["overload"]
-        assert held == now._replace(message=WAS + now.message)
+        assert held == now._replace(message=HELD_PREFIX + now.message)
     later = updates(alarms, 1.5, 0.2, mode=mode, normal=[0.0] * 3)["overload"]
     assert later.level == OK and later.message == "every contact is within its allowed load"
     assert dict(later.values).get("normal_B1", 0.0) == 0.0
@@ -177,13 +177,13 @@ def test_jamming_that_is_held_says_so():
     alarms = Alarms(OPTIONS)
     now = updates(alarms, 0.1, risk=RISK._replace(stall=0.99, risk=0.99))["jamming"]
     held = updates(alarms, 0.1, 0.1)["jamming"]
-    assert held.level == ERROR and held.message == WAS + now.message
+    assert held.level == ERROR and held.message == HELD_PREFIX + now.message
     # By hysteresis too: it is no longer as likely as an alarm takes.
     near = updates(alarms, 0.1, 0.2, risk=RISK._replace(stall=0.65, risk=0.65))["jamming"]
-    assert near.level == ERROR and near.message.startswith(WAS)
+    assert near.level == ERROR and near.message.startswith(HELD_PREFIX)
     # Another cause, which would give WARN alone, is not what the ERROR was raised for.
     load = updates(alarms, 5.0, 0.3, risk=RISK._replace(load=0.81, risk=0.81))["jamming"]
-    assert load.level == ERROR and load.message == WAS + now.message
+    assert load.level == ERROR and load.message == HELD_PREFIX + now.message
 
 
 def test_what_means_nothing_is_not_among_the_numbers():
