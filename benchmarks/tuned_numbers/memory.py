@@ -1,7 +1,7 @@
 """
 Tuned numbers that compiled code reads from memory at run time, so that they vary within a process.
 
-`benchmarks.tuned_numbers.process` puts this file into a copy of the package, where `stand_in`
+`benchmarks.tuned_numbers.whole` puts this file into a copy of the package, where `stand_in`
 replaces each record of a `tuned.py`. Were the numbers constants, as they are in the package, each
 value would be compiled anew. Beside each number a byte says whether it was read.
 """

@@ -14,6 +14,7 @@ from peg_on_hole_ros.engine.push import (
     BatchProgress,
     EngineMemory,
     Filled,
+    Phase,
     Stop,
     catch_up,
     push,
@@ -277,6 +278,8 @@ class Engine:
     def restart(self) -> None:
         """Begin anew with the next orientation; what was learnt stays."""
         self.processor.restart()
+        # Of a message in which an error ended a step nothing more is taken.
+        self._batch[0]["phase"] = Phase.ARRIVES
         # What was put in its place since the last wrench waits for the next one, as what is ahead.
         r = self._ring.places[0]
         waiting = int(r["joints_last"]) - ring.begin_of_waiting(self._ring)

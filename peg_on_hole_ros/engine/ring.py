@@ -257,7 +257,10 @@ def put_waiting(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -
 def put_behind(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Keep an orientation of the newest wrench's own stamp, which came behind it."""
     _make_room(ring, r)
-    if r.last > r.first and ring.t_ns[r.last - 1] == t_ns:
+    if r.joints_last >= _ORIENTATIONS:
+        # Where it is not used at once, it is lost.
+        r.without_wrench += r.changed >= 0
+    elif r.last > r.first and ring.t_ns[r.last - 1] == t_ns:
         _insert_orientation(ring, r, ring.after[r.last - 1], t_ns, orientation)
         ring.after[r.last - 1] += 1
         r.late_joints += r.changed >= 0
@@ -265,10 +268,18 @@ def put_behind(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) ->
 
 @compiled
 def put_late_orientation(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
-    """Put an orientation before the first wrench whose stamp it does not exceed."""
+    """
+    Put an orientation before the first wrench whose stamp it does not exceed.
+
+    Where as many as may wait for a wrench are there already, it is dropped, and counted as they
+    are: no wrench between them would say when to forget them.
+    """
     _make_room(ring, r)
     unit = _place_of(ring, r, t_ns)
     at, begin = ring.before[unit], joints_from(ring, r, unit)
+    if at - begin >= REPROCESSING.most_waiting or r.joints_last >= _ORIENTATIONS:
+        r.without_wrench += 1
+        return
     while at > begin and ring.joint_ns[at - 1] > t_ns:
         at -= 1
     _insert_orientation(ring, r, at, t_ns, orientation)

@@ -25,8 +25,9 @@ def scene_at(scene: SceneScalars, x: Floats, places: StatePlaces, load: float) -
         most_log = SCENE_AT_MEAN_BOUNDS.most_log_clearance
         clearance *= exp(min(max(x[places.clearance], -most_log), most_log))
     if places.compliance >= 0:
-        left = clearance - x[places.compliance] * load
-        clearance = max(left, SCENE_AT_MEAN_BOUNDS.least_clearance)
+        left = max(clearance - x[places.compliance] * load, SCENE_AT_MEAN_BOUNDS.least_clearance)
+        # A load that no peg carries must not open the hole.
+        clearance = min(left, clearance * exp(SCENE_AT_MEAN_BOUNDS.most_log_clearance))
     d = scene.D - clearance
     gamma0 = atan2(sqrt(clearance * (scene.D + d)), d)
     return SceneScalars(

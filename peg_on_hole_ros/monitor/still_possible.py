@@ -102,7 +102,7 @@ def _known(outputs: OutputView, scene: Scene) -> Scene:
         peg_diameter=scene.hole_diameter - clearance,
         clearance_stddev=numbers["clearance_stddev"],
         friction=min(max(numbers["friction"], 0.0), 2.0),
-        friction_stddev=numbers["friction_stddev"],
+        friction_stddev=min(numbers["friction_stddev"], 1.0),
     )
 
 

@@ -253,8 +253,7 @@ def replay_bag(
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):
         seen.add(batch, sources)
-        arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
-        for columns in played(stream, batch, arrivals, configuration, sources, watch):
+        for columns in played(stream, batch, configuration, sources, watch):
             for sink in sinks:
                 sink.take(columns)
         count += len(batch)
@@ -313,7 +312,6 @@ def _maker(configuration: Configuration, smooths: bool) -> Make:
 def played(
     stream: MessageStream,
     batch: Batch,
-    arrivals: Arrivals,
     configuration: Configuration,
     sources: dict[str, str],
     watch: Watch | None = None,
@@ -325,15 +323,14 @@ def played(
     ----------
     stream : MessageStream
     batch : Batch
-    arrivals : Arrivals
-        Of the batch.
     configuration : Configuration
     sources : dict of str to str
         See `sources_of`.
     watch : Watch, optional
 
     """
-    names = configuration.joints.names
+    joints = configuration.joints
+    arrivals = arrivals_of(batch, sources, joints, stream.pipeline.orientation)
     place = 0
     while place < len(batch):
         begin = place
@@ -348,10 +345,13 @@ def played(
         if watch is not None:
             watch.take_inputs(arrivals, behind, place)
         if place < len(batch) and (place == begin or not arrivals.sound[place]):
-            item = batch.item(place, names)
+            item = batch.item(place, joints.names)
             if watch is not None and item.topic in sources:
                 watch.read(item.sample)
             columns = hand_over(stream, item, sources)
+            if item.topic not in sources:
+                # What was called may have set the noise that orientations are given.
+                arrivals = arrivals_of(batch, sources, joints, stream.pipeline.orientation)
             place += 1
             if columns is not None:
                 yield columns

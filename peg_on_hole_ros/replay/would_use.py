@@ -67,7 +67,7 @@ class WouldUse:
             if topic in self.statistics and len(at):
                 self.usable[self._sources[topic]] += len(at)
                 self.statistics[topic].add(t_ns[at], batch.log_ns[at])
-        for _ in played(self.stream, batch, arrivals, self._configuration, self._sources):
+        for _ in played(self.stream, batch, self._configuration, self._sources):
             pass
 
     def span(self, topic: str) -> tuple[int, int] | None:

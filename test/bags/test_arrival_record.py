@@ -220,6 +220,35 @@ class Markers:
             self.found += [fields for suffix, _, fields in messages if suffix == "markers"]
 
 
+def test_noise_that_is_set_in_a_stream_is_set_at_the_same_message_of_its_record(tmp_path):
+    """All orientations behind it have the new noise, also those read in one go with the others."""
+    record = ArrivalRecord(tmp_path / "record.mcap", Configuration(), 10.0)
+    stream, live = message_stream(Configuration()), []
+    encoders = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
+    change = 'set {"joints.position_stddev": 0.003}'
+    for number, (source, message) in enumerate(closing(400)):
+        if number == 300:
+            record.event(change, 1000 * number - 500)
+            assert stream.on_event(change).success
+        getattr(record, source)(encoders[source](message), 1000 * number)
+        columns = (stream.on_wrench if source == "wrench" else stream.on_joints)(message)
+        live += [columns] if source == "wrench" and columns else []
+    record.close()
+    replayed_ones = _Outputs([])
+    bag = Bag(record.path)
+    replay_bag(bag, stored_configuration(bag), 10.0, [replayed_ones])
+    assert len(live) > 300
+    assert [repr(each) for each in live] == [repr(each) for each in replayed_ones.found]
+
+
+class _Outputs:
+    def __init__(self, found):
+        self.found = found
+
+    def take(self, columns):
+        self.found += [columns.messages(i) for i in range(len(columns))]
+
+
 def test_existing_record_is_kept(tmp_path):
     path = tmp_path / "record.mcap"
     path.write_bytes(b"precious")

@@ -60,7 +60,9 @@ def test_what_is_announced_is_over_half_a_second_behind_it(what, mode):
     def levels(t_ms, mode, alarms):
         outputs = estimate(t_ns=t_ms * MS, contact_mode=mode, alarms=alarms)
         return {
-            alarm.name: alarm.level for alarm in expected.without_announced_alarms(outputs).alarms if alarm.level
+            alarm.name: alarm.level
+            for alarm in expected.without_announced_alarms(outputs).alarms
+            if alarm.level
         }
 
     # Before it has come, and as long as the alarm is held behind it.

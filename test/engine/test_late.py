@@ -54,6 +54,24 @@ def test_what_a_stated_low_pass_lags_is_put_back_too():
     np.testing.assert_array_equal(found.normal_stddev, expected.normal_stddev)
 
 
+def test_late_joint_states_without_any_wrench_between_are_bounded_and_counted():
+    """A wrench that has stopped while late joint states go on must not fill all memory."""
+    samples = ordered(100)
+    line, most = pipeline(), REPROCESSING.most_waiting
+    play(line, samples)
+    now = max(each.t_ns for each in samples if isinstance(each, WrenchSample))
+    last = next(each for each in reversed(samples) if isinstance(each, JointSample))
+    many = [last._replace(t_ns=now - 900_000 + 20 * k) for k in range(most + 200)]
+    before = line.counts["joints_late"]
+    play(line, many)
+    assert line.counts["joints_late"] - before == len(many)
+    dropped = line.counts["joints_dropped_without_wrench"]
+    assert 200 <= dropped < 210
+    heavier = next(each for each in reversed(samples) if isinstance(each, WrenchSample))
+    assert play(line, [heavier._replace(t_ns=now + MS)])
+    assert total(line.counts) == len(samples) + len(many) + 1
+
+
 def test_without_a_window_the_shuffled_stream_ends_elsewhere():
     samples = ordered()
     first, second = pipeline(), pipeline(0.0)

@@ -83,7 +83,7 @@ def test_the_page_of_tuned_numbers_is_that_of_the_sources():
 NOT_TUNED = {
     "engine/ring": {"_NONE": "no place"},
     "engine/snapshots": {"_NO_SNAPSHOT": "no snapshot"},
-    "engine/state": {"ORIENTATION": "columns"},
+    "engine/state": {"ORIENTATION_WIDTH": "columns"},
     "engine/still_poses": {"_INTERVAL": "of a normal distribution"},
     "measurements/innovations": {"EXPECTED MEDIAN": "of a chi-squared variable"},
     "measurements/orientation": {"ROW": "columns"},
@@ -99,7 +99,7 @@ NOT_TUNED = {
     "estimator/settings": {"MOST_MODES": "room in a record"},
     "estimator/snapshot": {"WORD": "bytes"},
     "estimator/state": {
-        "ANGLE RATE ACCELERATION FRICTION OPEN": "places in the state",
+        "ANGLE RATE ACCELERATION FRICTION OPEN_BEGIN": "places in the state",
         "MOST_HYPOTHESES": "room in a record",
     },
     "estimator/wrench_update": {"_GRAVITY": "a constant of nature", "_EQUATIONS": "equations"},

@@ -63,7 +63,8 @@ def is_inside(shown: Shown) -> bool:
 @compiled
 def on_rim(shown: Shown) -> float:
     """Return the probability that the peg touches above gamma0, on three contacts or fewer."""
-    return in_contact(shown) - in_hole(shown)
+    # Rounding may leave a difference below zero.
+    return max(in_contact(shown) - in_hole(shown), 0.0)
 
 
 @compiled
