@@ -163,6 +163,8 @@ def _calibration_text(found, out):
         f"{found.seconds:.2f} s of steady sliding, {found.innovations} joint states; "
         f"{calibration_text.verdict(found)}",
     ]
+    if found.low_pass > 0.0:
+        lines.append(calibration_text.filtered(found))
     missing = calibration_text.not_seen(found)
     if missing:
         lines += ["not seen in this recording:"]

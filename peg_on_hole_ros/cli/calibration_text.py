@@ -29,6 +29,7 @@ CALIBRATED_PARAMETERS = (
     "scene.gravity",
     "wrench.force_stddev",
     "wrench.torque_stddev",
+    "wrench.low_pass",
     "wrench.bias_force",
     "wrench.bias_torque",
     "joints.position_stddev",
@@ -174,6 +175,16 @@ def verdict(found: Calibration) -> str:
     return f"{text}: the model explains the recording"
 
 
+def filtered(found: Calibration) -> str:
+    """Return a line on a low-pass that the noise of the wrench shows; empty: none."""
+    if found.low_pass == 0.0:
+        return ""
+    return (
+        "the noise of neighbouring wrenches is alike, as behind a low-pass of "
+        f"{found.low_pass:.2g} Hz: wrench.low_pass is written, and the noise before it"
+    )
+
+
 def heading(found: Calibration, bag: str, start: str) -> str:
     """Return the comment above the configuration: origin, values, intervals, what is missing."""
     lines = [
@@ -186,6 +197,8 @@ def heading(found: Calibration, bag: str, start: str) -> str:
     ]
     for what, _, best, interval, unit, written in rows(found):
         lines.append(f"  {what} {unit}: {best} ({interval}) -> {written}".replace(" :", ":"))
+    if found.low_pass > 0.0:
+        lines += ["", filtered(found)]
     missing = not_seen(found)
     if missing:
         lines += ["", "Not seen in this recording:"]

@@ -296,33 +296,6 @@ class FreeAirTest(NamedTuple):
     carried: float = 0.3
 
 
-class LowPassTest(NamedTuple):
-    """
-    When the noise of the wrench is that of a low-pass.
-
-    Attributes
-    ----------
-    stretch : int
-        Wrenches that are looked at together; the quietest of all such stretches counts
-        [wrenches].
-    enough : int
-        Of fewer stretches nothing is reported [stretches].
-    apart : int
-        Wrenches so many behind one another are apart [wrenches].
-    alike : float
-        How many times the noise of those apart is that of neighbours, where they are alike [-].
-    noisy : float
-        Share of the stated noise below which there is none to compare [-].
-
-    """
-
-    stretch: int = 500
-    enough: int = 3
-    apart: int = 8
-    alike: float = 2.0
-    noisy: float = 0.005
-
-
 class RimMotionTest(NamedTuple):
     """
     What the path of a peg on the rim shows of hole and clearance.
@@ -420,7 +393,6 @@ WRONG_WRENCH_TEST = WrongWrenchTest()
 DEAD_COMPONENT_TEST = DeadComponentTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
-LOW_PASS_TEST = LowPassTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
@@ -438,7 +410,6 @@ class DiagnosisNumbers(NamedTuple):
     dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST
-    low_pass_test: LowPassTest = LOW_PASS_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

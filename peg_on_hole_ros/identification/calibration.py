@@ -7,6 +7,7 @@ the start, stays as it was.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import log
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ from peg_on_hole_ros.identification.fisher_scoring import (
 )
 from peg_on_hole_ros.identification.guess import guess
 from peg_on_hole_ros.identification.likelihood import Likelihood
+from peg_on_hole_ros.identification.low_pass import NoiseOfNeighbours, noise_of_neighbours
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
     CALIBRATED_QUANTITIES,
@@ -110,6 +112,8 @@ class Calibration(NamedTuple):
         How far the peg turned about its own axis [rad].
     both_ways : bool
         Whether it turned both ways.
+    low_pass : float
+        Cut-off of a low-pass before the wrench that its noise shows [Hz]; 0: none.
 
     """
 
@@ -122,6 +126,7 @@ class Calibration(NamedTuple):
     least_tilt: float
     turn: float
     both_ways: bool
+    low_pass: float
 
 
 def calibrate(
@@ -169,8 +174,13 @@ def calibrate(
     progress(1.0)
     rows = _rows(parts)
     turns, fast = moved.rates[rows, 2], CALIBRATED_RECORDING.turning_rate
+    cutoff = noise_of_neighbours_of(record, start).cutoff
+    configuration = configured(start, found.x)
+    if cutoff > 0.0:
+        wrench = replace(configuration.wrench, low_pass=cutoff)
+        configuration = replace(configuration, wrench=wrench)
     return Calibration(
-        configured(start, found.x),
+        configuration,
         _estimates(coordinates(start), found),
         found.nis_before,
         found.nis,
@@ -179,6 +189,7 @@ def calibrate(
         float(moved.q[rows, 0].min() / start.scene.gamma0),
         float(np.ptp(moved.q[rows, 2])),
         bool(turns.min() < -fast < fast < turns.max()),
+        cutoff,
     )
 
 
@@ -222,7 +233,8 @@ class _Found(NamedTuple):
         force = float(np.median(load(record, moved, start)[rows]))
         scale = measures(start.scene.hole_diameter, force)
         limits = _limits(start, x0, moved.q[rows, 0].min())
-        begin, noise = _with_noise(record, x0, limits)
+        filtered = noise_of_neighbours_of(record, start)
+        begin, noise = _with_noise(record, filtered.pole, x0, limits)
         still = Likelihood(denoised(record), parts, start)
         search = Search(likelihood, still, x0, scale, limits, told)
         free = np.flatnonzero(~IS_NOISE)
@@ -267,10 +279,16 @@ def _with(search: Search, best: Peak, covariance, x0, kept) -> Peak:
     return best
 
 
-def _with_noise(record, x0, limits):
+def noise_of_neighbours_of(record: Recording, start: Configuration) -> NoiseOfNeighbours:
+    """Return the noise of neighbouring wrenches of a recording, beside what is stated."""
+    stated = start.wrench.force_stddev, start.wrench.torque_stddev
+    return noise_of_neighbours(record.wrench_t, record.wrench, stated)
+
+
+def _with_noise(record, pole, x0, limits):
     """Return the coordinates with the noise that is seen, and its deviations, shape (3,)."""
     x, stddev = x0.copy(), np.full(3, 1e3)
-    for k, level in enumerate(noise_levels(record)):
+    for k, level in enumerate(noise_levels(record, pole)):
         if level is not None:
             # That of the orientation is over what was stated.
             stated = x0[NOISE_AT][k] if k == 2 else 0.0

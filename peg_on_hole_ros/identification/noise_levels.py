@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.identification.low_pass import white_ratio
 from peg_on_hole_ros.identification.recording import Recording
 from peg_on_hole_ros.identification.tuned import NOISE_BLOCKS
 
@@ -21,20 +22,32 @@ class NoiseLevel(NamedTuple):
 
 
 def noise_levels(
-    record: Recording,
+    record: Recording, pole: float = 0.0
 ) -> tuple[NoiseLevel | None, NoiseLevel | None, NoiseLevel | None]:
     """
     Return the noise of force [N], torque [N m], and of the orientation.
 
     The last in units of the covariance in the recording: 1 if that is right. None where there are
     too few samples in a row.
+
+    Parameters
+    ----------
+    record : Recording
+    pole : float
+        Of a low-pass before the wrench, whose noise is stated as white noise of its density.
+
     """
     force, torque = (
-        _level(record.wrench_t, record.wrench[:, part]) for part in (slice(0, 3), slice(3, 6))
+        _wider(_level(record.wrench_t, record.wrench[:, part]), pole)
+        for part in (slice(0, 3), slice(3, 6))
     )
     # The orientation's error is isotropic, that of (gamma, psi, phi) is not.
     root = np.linalg.inv(np.linalg.cholesky(record.covariance))
     return force, torque, _level(record.joint_t, record.q, root)
+
+
+def _wider(level: NoiseLevel | None, pole: float) -> NoiseLevel | None:
+    return level and level._replace(log=level.log + log(white_ratio(pole, WEIGHTS)))
 
 
 def _level(t, values, root=None):

@@ -289,6 +289,40 @@ class NoiseBlocks(NamedTuple):
     floor: float = 0.01
 
 
+class LowPassTest(NamedTuple):
+    """
+    When the noise of the wrench is that of a low-pass.
+
+    Attributes
+    ----------
+    stretch : int
+        Wrenches that are looked at together; the quietest of all such stretches counts
+        [wrenches].
+    enough : int
+        Of fewer stretches nothing is reported [stretches].
+    apart : int
+        Wrenches so many behind one another are apart [wrenches].
+    alike : float
+        How many times the noise of those apart is that of neighbours, where they are alike [-].
+    noisy : float
+        Share of the stated noise below which there is none to compare [-].
+    kept : int
+        The cut-off is found in the last so many stretches [stretches].
+    as_quiet : float
+        Those whose noise is alike by less than so many times that of the quietest are as quiet
+        [-].
+
+    """
+
+    stretch: int = 500
+    enough: int = 3
+    apart: int = 8
+    alike: float = 2.0
+    noisy: float = 0.005
+    kept: int = 64
+    as_quiet: float = 2.0
+
+
 class StillPoseTest(NamedTuple):
     """
     Which poses of a free peg determine payload and bias.
@@ -359,6 +393,7 @@ CALIBRATION_SEARCH = CalibrationSearch()
 OBSERVED_MOTION = ObservedMotion()
 SPIKE_TEST = SpikeTest()
 NOISE_BLOCKS = NoiseBlocks()
+LOW_PASS_TEST = LowPassTest()
 STILL_POSE_TEST = StillPoseTest()
 HAND_PRESS = HandPress()
 
@@ -375,5 +410,6 @@ class IdentificationNumbers(NamedTuple):
     observed_motion: ObservedMotion = OBSERVED_MOTION
     spike_test: SpikeTest = SPIKE_TEST
     noise_blocks: NoiseBlocks = NOISE_BLOCKS
+    low_pass_test: LowPassTest = LOW_PASS_TEST
     still_pose_test: StillPoseTest = STILL_POSE_TEST
     hand_press: HandPress = HAND_PRESS

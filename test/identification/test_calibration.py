@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from peg_on_hole_ros.config.parameters_file import read_parameters, write_parame
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.likelihood import Likelihood
+from peg_on_hole_ros.identification.low_pass import noise_of_neighbours
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
     CALIBRATED_QUANTITIES,
@@ -237,6 +239,50 @@ def test_turned_angles_are_those_that_the_pipeline_reads():
         expected = tilted(sample)
         assert record.q[i] == pytest.approx(expected.q, abs=1e-12)
         assert record.covariance[i] == pytest.approx(expected.covariance, rel=1e-9, abs=1e-20)
+
+
+def low_passed(cutoff, noise=0.3):
+    """Wrenches at 1 kHz of a peg that is pressed ever more, behind a low-pass [Hz]; 0: none."""
+    rng = np.random.default_rng(7)
+    t = 1e-3 * np.arange(8000)
+    wrench = 5.0 * t[:, None] + rng.normal(size=(8000, 6)) * np.repeat([noise, 0.02 * noise], 3)
+    share = 1.0 - np.exp(-2.0 * np.pi * cutoff * 1e-3) if cutoff else 1.0
+    for i in range(1, len(wrench)):
+        wrench[i] = wrench[i - 1] + share * (wrench[i] - wrench[i - 1])
+    wrenches = [
+        WrenchSample(round(s * 1e9), tuple(row[:3]), tuple(row[3:])) for s, row in zip(t, wrench)
+    ]
+    angles = [AngleMeasurement(t, np.array([0.2, 0.1, 0.1]), np.eye(3)) for t in (0, 10**9)]
+    return recording(wrenches, angles)
+
+
+@pytest.mark.parametrize("cutoff", [50.0, 100.0])
+def test_a_low_pass_is_found_by_noise_that_neighbours_share_and_the_noise_before_it(cutoff):
+    record = low_passed(cutoff)
+    found = noise_of_neighbours(record.wrench_t, record.wrench, (0.3, 0.006))
+    # Over 8 ms noise behind 50 Hz is still alike by a tenth, which tells a cut-off that high.
+    assert found.cutoff == pytest.approx(cutoff, rel=0.2)
+    force, torque, _ = noise_levels(record, found.pole)
+    # At low frequencies the filter leaves the noise as it was.
+    assert np.exp([force.log, torque.log]) == pytest.approx([0.3, 0.006], rel=0.15)
+    assert np.exp(noise_levels(record)[0].log) < 0.1
+
+
+def test_white_noise_has_no_low_pass():
+    record = low_passed(0.0)
+    found = noise_of_neighbours(record.wrench_t, record.wrench, (0.3, 0.006))
+    assert found.enough and found.cutoff == found.pole == 0.0
+    assert noise_levels(record, found.pole)[0] == noise_levels(record)[0]
+
+
+@pytest.mark.nightly
+def test_a_calibration_writes_the_low_pass_of_a_recording(tmp_path, capsys):
+    """A bag of the shipped arm whose driver filters at 100 Hz."""
+    out = tmp_path / "found.yaml"
+    bag = Path(__file__).parents[2] / "bags" / "cell_franka_like.mcap"
+    assert main(["calibrate", str(bag), "--out", str(out)]) == 0
+    assert "as behind a low-pass of" in capsys.readouterr().out
+    assert read_parameters(out)["wrench.low_pass"] == pytest.approx(100.0, rel=0.25)
 
 
 @pytest.mark.parametrize("size", [0.5, 3.0])
