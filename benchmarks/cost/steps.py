@@ -46,7 +46,7 @@ def run(memory, gates, dt, wrenches, angles, covariances):
     for k in range(len(wrenches)):
         filter_steps.predict(memory, dt)
         filter_steps.correct(memory, gates, angles[k], covariances[k])
-        filter_steps.weigh(memory, wrenches[k], 3)
+        filter_steps.correct_by_wrench(memory, wrenches[k], 3)
 
 
 class Bench:

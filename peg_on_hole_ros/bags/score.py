@@ -1,4 +1,4 @@
-"""How far estimates are from the truth: reactions that are determined apart from the others."""
+"""How far estimates are from the truth; with scores of their own for determined reactions."""
 
 from collections.abc import Callable
 from math import isfinite, nan, pi, sqrt

@@ -168,7 +168,7 @@ def replay(
         "reactions_void": None,
         "failed_looks": [],
     }
-    if replayed.void_reactions or other_units(configuration, replayed.seen):
+    if replayed.reactions_are_void or other_units(configuration, replayed.seen):
         content = without_reactions(content)
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:

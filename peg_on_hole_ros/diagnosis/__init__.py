@@ -1,1 +1,1 @@
-"""Which setting is wrong, by trying each on the last second: no ROS, no files, no clock."""
+"""Which stated settings the data contradict: no ROS, no files, no clock."""

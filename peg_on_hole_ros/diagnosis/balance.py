@@ -58,7 +58,7 @@ def fill_moment(columns: np.ndarray, j: int, r: np.ndarray) -> None:
 
 
 @compiled
-def free_columns(center: np.ndarray, columns: np.ndarray) -> None:
+def fill_free_air_columns(center: np.ndarray, columns: np.ndarray) -> None:
     """Fill in the forces at the mass centre that a holder's acceleration needs, (6, 3)."""
     columns[:] = 0.0
     for j in range(3):

@@ -10,9 +10,9 @@ from peg_on_hole_ros.diagnosis.balance import (
     MODELS,
     BalanceModel,
     contact_columns,
+    fill_free_air_columns,
     fill_moment,
     fill_peg_axes,
-    free_columns,
     friction_increment,
     likelihood,
     prepare,
@@ -217,7 +217,7 @@ def _look(rows, balances, at, meanings, cell):
     columns, models = np.empty((6, 3)), np.empty(MODELS + 1, _MODEL)
     reactions = WRENCH_BALANCE.reaction * WRENCH_BALANCE.reaction
     center = np.array([-sensor[0], -sensor[1], p.H_c - sensor[2]])
-    free_columns(center, columns)
+    fill_free_air_columns(center, columns)
     prepare(columns, cell.carried, noise, models[0])
     count = 1
     if moving and p.gamma0 < q[0] < 1.2:

@@ -1,4 +1,4 @@
-"""The estimate with all that it remembers: messages in any order in, rows of outputs out."""
+"""Messages in any order in, rows of outputs out: order, ring, and the `Processor` behind them."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
-from peg_on_hole_ros.monitor.while_in_doubt import doubt
+from peg_on_hole_ros.monitor.while_in_doubt import withhold
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
 from peg_on_hole_ros.typed_record import dtype_of
 
@@ -199,7 +199,7 @@ class Engine:
         np.maximum(tilt, 0.0, out=tilt)
         if self.settings_against_data.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
-            doubt(rows.values, self._flag)
+            withhold(rows.values, self._flag)
         self.settings_against_data.count(len(rows.t_ns))
         reaction_errors = self.settings_against_data.reaction_errors
         if reaction_errors is not None:
@@ -257,7 +257,7 @@ class Engine:
 
     def _use_found(self):
         """Begin anew from the newest orientation, by other settings of the wrench."""
-        self.configuration = self.settings_against_data.as_found(self.configuration)
+        self.configuration = self.settings_against_data.with_findings(self.configuration)
         self._counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
         self._ring = ring.with_room(self._ring, self.processor.filter.state)
@@ -269,9 +269,11 @@ class Engine:
         reduction = self.processor.reduction
         self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
 
-    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+    def set_sensor_pose(
+        self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]
+    ) -> None:
         """Use another pose of the sensor, before the first wrench [m], [rad]."""
-        self.settings_against_data.mount(xyz, rpy)
+        self.settings_against_data.set_sensor_pose(xyz, rpy)
         self._use_found()
         ring.empty(self._ring, int(self._ring.places[0]["kept_from_ns"]))
 
@@ -310,7 +312,7 @@ class Engine:
         """Use other settings from here on, of those that may change while a node is active."""
         self._forget_past()
         restated = self.settings_against_data.restate(configuration.wrench)
-        self.configuration = self.settings_against_data.as_found(configuration)
+        self.configuration = self.settings_against_data.with_findings(configuration)
         self.processor.retune(self.configuration)
         if restated:
             reduction = self.processor.reduction

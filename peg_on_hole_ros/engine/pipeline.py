@@ -1,4 +1,4 @@
-"""From samples, as they arrive, to outputs: the one path that the node and the replay share."""
+"""The one path of node and replay, samples in, outputs out: the `Engine` and what is asked of it."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -95,9 +95,9 @@ class Pipeline:
         return self.processor.health
 
     @property
-    def model(self) -> str:
+    def left_out(self) -> str:
         """What the model in use leaves out, as one line; empty: nothing."""
-        return self.processor.model
+        return self.processor.left_out
 
     @property
     def causes(self) -> list[str]:
@@ -110,9 +110,9 @@ class Pipeline:
         return self._engine.settings_against_data.failures
 
     @property
-    def void_reactions(self) -> bool:
+    def reactions_are_void(self) -> bool:
         """Whether reactions rest on what the data have contradicted, with nothing in its place."""
-        return self._engine.settings_against_data.void_reactions
+        return self._engine.settings_against_data.reactions_are_void
 
     @property
     def filter(self) -> ContactFilter:
@@ -148,9 +148,11 @@ class Pipeline:
         self._requests.forget()
         self.orientation = orientation
 
-    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+    def set_sensor_pose(
+        self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]
+    ) -> None:
         """Use another pose of the sensor, before the first wrench [m], [rad]."""
-        self._engine.mount(xyz, rpy)
+        self._engine.set_sensor_pose(xyz, rpy)
 
     def retune(
         self, configuration: Configuration, orientation: JointOrientation | None = None

@@ -1,4 +1,4 @@
-"""The settings and the state that `steps` works on, and what is reported of them."""
+"""Settings and state that compiled `steps` work on, of one `Engine`; what is reported of them."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -72,7 +72,7 @@ class Processor:
         self.engine.tared[:] = np.nan
         self._state_noise()
         begin_memory(self.engine.memory)
-        self.filter.move_to(self.memory[0]["filter"])
+        self.filter.rebind_memory(self.memory[0]["filter"])
         self.rules_memory = np.zeros(1, dtype_of(Rules))
         self.rules = at(Rules, self.rules_memory)
         self._rule()
@@ -117,7 +117,7 @@ class Processor:
 
     def restart(self) -> None:
         """Forget the motion; what was learnt stays, and what was counted."""
-        self.filter.end_motion()
+        self.filter.end_estimate()
         steps.restart(self.engine, self.rules)
 
     def forget(self) -> None:
@@ -151,7 +151,7 @@ class Processor:
         force = np.mean([sample.force for sample in samples], axis=0)
         torque = np.mean([sample.torque for sample in samples], axis=0)
         self.reduction.take_tare(force, torque, self.filter.x[:3], self.filter.gravity)
-        self.filter.tared(self.reduction.noise / len(samples))
+        self.filter.restart_bias(self.reduction.noise / len(samples))
         taken = self.reduction.taken_off
         self.engine.tared[:], self.engine.reduction = taken, self.reduction.steps
         return taken
@@ -205,7 +205,7 @@ class Processor:
         }
 
     @property
-    def noisier(self) -> str:
+    def noise_report(self) -> str:
         """What is reported of orientations that are noisier than stated; empty: nothing."""
         stated = self.configuration.joints.position_stddev
         if not self.counts["joints_noisy"]:
@@ -224,7 +224,7 @@ class Processor:
         memory = e.memory
         undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
         contact = [NOT_TOLD] if undecided else []
-        return [*wrench, *causes(e.fresh), *filter(None, [self.noisier]), *contact]
+        return [*wrench, *causes(e.fresh), *filter(None, [self.noise_report]), *contact]
 
     @property
     def is_saturated(self) -> bool:
@@ -237,7 +237,7 @@ class Processor:
         return bool(repeated.is_off(self.engine.wrench_noise.repeated))
 
     @property
-    def model(self) -> str:
+    def left_out(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
         return "" if self.rules.judged else MODES_OFF
 
@@ -268,7 +268,7 @@ class Processor:
             self.filter.predict(dt)
             steps.check_upright(e, rules)
         if self._lost and not was_lost:
-            self.filter.end_motion()
+            self.filter.end_estimate()
 
     def correct(self, stamp: int, orientation: np.ndarray, lateness: float) -> None:
         """Correct by an orientation; parameters as for `steps.correct`."""

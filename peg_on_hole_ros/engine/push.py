@@ -208,9 +208,7 @@ def _falls_back(order, arrivals, place):
 @compiled
 def catch_up(memory: EngineMemory, batch: np.ndarray, given: Filled) -> int:
     """Process again what late messages have reached, without a row; return a Stop."""
-    ring.begin_again(
-        memory.ring, memory.ring.places[0], memory.words, memory.engine[0].filter[0].state
-    )
+    ring.rewind(memory.ring, memory.ring.places[0], memory.words, memory.engine[0].filter[0].state)
     return _work(memory, batch[0], given)
 
 
@@ -239,7 +237,7 @@ def _push_wrench(memory, p, arrivals, given):
         given.taken[p.taken], given.taken_ns[p.taken] = p.wrench, t_ns
         p.taken += 1
         ring.note_recent(r, t_ns, wrench)
-        ring.begin_again(kept, r, memory.words, s)
+        ring.rewind(kept, r, memory.words, s)
         p.phase = Phase.CATCHES_UP
     if p.phase == Phase.CATCHES_UP:
         stop = _work(memory, p, given)
@@ -284,7 +282,7 @@ def _push_orientation(memory, p, arrivals):
         ring.note_measured(r, t_ns, row)
         if p.by_hand:
             return Stop.START
-        steps.start_motion(e, rules, t_ns, row)
+        steps.start_estimate(e, rules, t_ns, row)
     elif fate == Fate.WAITS or fate == Fate.WAITS_BEFORE:
         ring.put_waiting(kept, r, t_ns, row)
     elif fate == Fate.JOINTS_LATE:
@@ -344,7 +342,7 @@ def _take_wrench(e, rules, kept, r, unit, row):
     admit_wrench = steps.admit_wrench(e, rules)
     if admit_wrench:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
-        filter_steps.weigh(e.filter, e.u, contacts.value)
+        filter_steps.correct_by_wrench(e.filter, e.u, contacts.value)
         steps.fill_row(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)

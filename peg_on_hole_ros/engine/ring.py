@@ -357,7 +357,7 @@ def settle(ring: Ring, r: RingPlaces, window_ns: int) -> None:
 
 
 @compiled
-def begin_again(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
+def rewind(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
     """Go back to the last snapshot before the first wrench that a late message has reached."""
     if r.changed < 0:
         return

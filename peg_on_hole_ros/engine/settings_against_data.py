@@ -100,7 +100,9 @@ class SettingsAgainstData:
         ]
         self._found = [found for found in self._found if not any(found is each for each in zero)]
 
-    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+    def set_sensor_pose(
+        self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]
+    ) -> None:
         """Record another pose of the sensor [m], [rad]."""
         self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
 
@@ -112,7 +114,7 @@ class SettingsAgainstData:
             self._adopted.pop(name, None)
         return bool(changed)
 
-    def as_found(self, configuration: Configuration) -> Configuration:
+    def with_findings(self, configuration: Configuration) -> Configuration:
         """Return settings with what is used in place of them."""
         wrench = replace(configuration.wrench, **(self._mounted | self._adopted))
         return replace(configuration, wrench=wrench)
@@ -139,7 +141,7 @@ class SettingsAgainstData:
         ]
 
     @property
-    def void_reactions(self) -> bool:
+    def reactions_are_void(self) -> bool:
         """Whether reactions rest on what the data have contradicted, with nothing in its place."""
         return any(found.voids and not self._is_used(found) for found in self._found)
 
@@ -182,7 +184,7 @@ class SettingsAgainstData:
         Returns
         -------
         bool
-            Whether another setting is to be used from here on, see `as_found`.
+            Whether another setting is to be used from here on, see `with_findings`.
 
         """
         self._due.take(moment.sample.t_ns)

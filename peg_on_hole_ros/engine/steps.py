@@ -41,7 +41,7 @@ def restart(e: EngineState, rules: Rules) -> None:
     d.slid_ns = 0
     wrench_noise.forget(e.wrench_noise)
     d.in_contact = d.touching = d.blind = d.lost = False
-    filter_steps.end_motion(e.filter)
+    filter_steps.end_estimate(e.filter)
     forget_noise_ratio(e.filter[0].state)
     e.filter[0].state.time_since_jump = inf
     forget_innovations(e.innovations)
@@ -52,7 +52,7 @@ def restart(e: EngineState, rules: Rules) -> None:
 
 
 @compiled
-def start_motion(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
+def start_estimate(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
     """Start from an orientation, a row of ORIENTATION_WIDTH, of a stamp [ns]."""
     e.progress.t_ns = t_ns
     for i in range(3):

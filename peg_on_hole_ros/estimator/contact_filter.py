@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.filter_record import FilterMemory, FilterRecord
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.open_quantities import open_quantities
 from peg_on_hole_ros.estimator.orientation_noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.settings import Gates, Settings, default_settings
@@ -55,7 +55,7 @@ class ContactFilter:
     options : FilterOptions
     wrench_noise : ndarray, shape (6, 6)
         Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
-    offsets : Offsets, optional
+    offsets : OffsetUncertainty, optional
         What is not known of the sensor's bias and of the hole's direction.
     settings : Settings, optional
         The tuned constants; None: as shipped.
@@ -84,12 +84,12 @@ class ContactFilter:
         scene: Scene,
         options: FilterOptions,
         wrench_noise: Floats,
-        offsets: Offsets | None = None,
+        offsets: OffsetUncertainty | None = None,
         settings: Settings | None = None,
     ) -> None:
         self.scene, self.options = scene, options
         self.scalars = scene_scalars(scene)
-        self.offsets = offsets or Offsets.none()
+        self.offsets = offsets or OffsetUncertainty.all_known()
         open_ = open_quantities(scene, options, self.offsets)
         self._stated_stddev = open_.stddev
         self._use(np.zeros(1, dtype_of(FilterRecord)))
@@ -116,7 +116,7 @@ class ContactFilter:
         # What was estimated outlives a motion: friction and what is open begin from it.
         self._begin_as_stated()
 
-    def move_to(self, memory: FilterMemory) -> None:
+    def rebind_memory(self, memory: FilterMemory) -> None:
         """Live on in another array of FilterRecord, shape (1,), a part of something larger."""
         memory[:] = self.memory
         self._use(memory)
@@ -144,9 +144,9 @@ class ContactFilter:
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
         filter_steps.start(self.memory, self.gates, np.asarray(q, float), np.asarray(R, float))
 
-    def end_motion(self) -> None:
+    def end_estimate(self) -> None:
         """End the motion; what was estimated stays for the next start."""
-        filter_steps.end_motion(self.memory)
+        filter_steps.end_estimate(self.memory)
 
     def forget(self) -> None:
         """Begin again with friction and open quantities as stated, or as a tare has left them."""
@@ -200,7 +200,7 @@ class ContactFilter:
             filter_steps.use_orientation(self.memory, q, R)
         elif result != filter_steps.GATED:
             if result == filter_steps.RESET:
-                self.end_motion()
+                self.end_estimate()
             self.start(q, R)
         return CORRECTIONS[result], nis
 
@@ -215,7 +215,7 @@ class ContactFilter:
         contact_set : ContactSet
 
         """
-        filter_steps.weigh(self.memory, np.asarray(u, float), int(contact_set))
+        filter_steps.correct_by_wrench(self.memory, np.asarray(u, float), int(contact_set))
 
     def mark(self, t_ns: int) -> None:
         """Note the stamp [ns] of a wrench that has been taken; a smoother does."""
@@ -259,7 +259,7 @@ class ContactFilter:
         """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
         return rim_load(self.record)
 
-    def tared(self, variance: Floats) -> None:
+    def restart_bias(self, variance: Floats) -> None:
         """Begin the bias anew: known to a variance from here on, shape (6,)."""
         first, last = int(self.places.bias), int(self.places.bias) + 6
         if first < 0:

@@ -37,7 +37,7 @@ def start(memory: FilterMemory, gates: Gates, q: Floats, R: Floats) -> None:
 
 
 @compiled
-def end_motion(memory: FilterMemory) -> None:
+def end_estimate(memory: FilterMemory) -> None:
     """End the motion; what was estimated of friction and open quantities begins the next one."""
     kalman: FilterRecord = memory[0]
     state = kalman.state
@@ -110,7 +110,7 @@ def correct(memory: FilterMemory, gates: Gates, q: Floats, R: Floats) -> tuple[i
         use_orientation(memory, q, R)
     elif result != GATED:
         if result == RESET:
-            end_motion(memory)
+            end_estimate(memory)
         start(memory, gates, q, R)
     return result, nis
 
@@ -124,7 +124,7 @@ def update_from_depth(memory: FilterMemory, depth: float, variance: float, since
 
 
 @compiled
-def weigh(memory: FilterMemory, u: Floats, contact_set: int) -> None:
+def correct_by_wrench(memory: FilterMemory, u: Floats, contact_set: int) -> None:
     """Correct by a wrench on the peg, weighed with a ContactSet, and fill in the record."""
     kalman: FilterRecord = memory[0]
     kalman.wrench[:] = u

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.typed_record import Floats
 
@@ -34,7 +34,9 @@ class OpenQuantities(NamedTuple):
     estimated: list[bool]
 
 
-def open_quantities(scene: Scene, options: FilterOptions, offsets: Offsets) -> OpenQuantities:
+def open_quantities(
+    scene: Scene, options: FilterOptions, offsets: OffsetUncertainty
+) -> OpenQuantities:
     """Return what a configuration leaves open."""
     clearance = scene.hole_diameter - scene.peg_diameter
     rows: list[tuple[str, Sequence[float] | Floats, Sequence[float] | Floats, bool]] = [

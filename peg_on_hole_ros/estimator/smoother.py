@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.snapshot import Words
 from peg_on_hole_ros.estimator.state import ACCELERATION, RATE
@@ -42,7 +42,7 @@ class Smoother(ContactFilter):
         scene: Scene,
         options: FilterOptions,
         wrench_noise: Floats,
-        offsets: Offsets | None = None,
+        offsets: OffsetUncertainty | None = None,
         settings: Settings | None = None,
     ) -> None:
         super().__init__(scene, options, wrench_noise, offsets, settings)

@@ -42,7 +42,7 @@ def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: flo
         events, now = likelihood.events(x, configuration), 0.0
         for t, kind, value, R, _ in zip(*events):
             if kind == BEGIN:
-                peg.end_motion()
+                peg.end_estimate()
                 peg.start(value[:3], R)
                 now = t
                 continue

@@ -11,7 +11,7 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN, places_of
@@ -100,7 +100,7 @@ class ObservingFilter(ContactFilter):
         scene: Scene,
         options: FilterOptions,
         wrench_noise: np.ndarray,
-        offsets: Offsets,
+        offsets: OffsetUncertainty,
     ) -> None:
         super().__init__(scene, options, wrench_noise, offsets)
         rows, scale = _rows(), measures(scene.hole_diameter, TYPICAL_FORCE)
@@ -116,7 +116,7 @@ class ObservingFilter(ContactFilter):
             options, friction="estimated", clearance="estimated", friction_noise=0.0,
             gate_threshold=inf,
         )  # fmt: skip
-        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
+        unknown = OffsetUncertainty(self._prior[2:], offsets.load, np.zeros(6))
         # What is observed of constants: friction among them.
         alone = default_settings(friction_hypotheses=1, products=0.0, top_friction_walk=0.0)
         self._open = ContactFilter(opened, everything, wrench_noise, unknown, alone)
@@ -168,9 +168,9 @@ class ObservingFilter(ContactFilter):
         modes = int(self.settings.modes)
         opened.weight[:] = own.weight.reshape(-1, modes).sum(axis=0)
 
-    def end_motion(self) -> None:
+    def end_estimate(self) -> None:
         """End the motion; what was gathered stays."""
-        super().end_motion()
+        super().end_estimate()
         self._gather()
 
     def predict(self, dt: float) -> None:

@@ -1,4 +1,4 @@
-"""Which parameters keep their values at the start, and the likeliest others given those."""
+"""Which parameters stay at the values that a search starts with, and the likeliest others."""
 
 import numpy as np
 from scipy.special import chdtri

@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Accuracy, Configuration, WrenchInput
 from peg_on_hole_ros.estimator.accuracy_record import Accuracies
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, skew
 from peg_on_hole_ros.measurements.tuned import LOW_PASS_LAG, PLAUSIBLE_WRENCH
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -153,13 +153,13 @@ class WrenchReduction:
         self.noise = np.square(stddev)
         self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
 
-    def offsets(self, configuration: Configuration) -> Offsets:
+    def offsets(self, configuration: Configuration) -> OffsetUncertainty:
         """Return what is not known of the sensor's zero and of the hole's direction."""
         wrench, options = configuration.wrench, configuration.filter
         stddev = [wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3
         stddev += [configuration.joints.hole_tilt_stddev] * 2
         drift = [wrench.bias_force_drift] * 3 + [wrench.bias_torque_drift] * 3
-        return Offsets(
+        return OffsetUncertainty(
             np.square(stddev),
             -self.sign * self.matrix,
             np.array(drift),

@@ -128,7 +128,7 @@ _SPLITS = {
 
 
 def _pad(buffer, size):
-    # Offsets count from behind the encapsulation, whose four bytes do not matter up to size 4.
+    # Places count from behind the encapsulation, whose four bytes do not matter up to size 4.
     buffer.extend(bytes((len(ENCAPSULATION) - len(buffer)) % size))
 
 

@@ -216,7 +216,7 @@ class MessageStream:
             return Answer(False, self.refused)
         found = wrench != self.pipeline.configuration.wrench
         if found:
-            self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
+            self.pipeline.set_sensor_pose(wrench.sensor_xyz, wrench.sensor_rpy)
         return Answer(found or not line, line)
 
     def use_robot_description(self, text: str) -> None:

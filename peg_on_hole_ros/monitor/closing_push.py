@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.motion_now import Moving
 from peg_on_hole_ros.monitor.trend import is_number
 from peg_on_hole_ros.monitor.tuned import PUSH_MEANS
@@ -175,6 +175,8 @@ def _compared(push: Push, held: float, noise: float, horizon: float) -> tuple[fl
     now = max(against.quick, 1e-9)
     turned = max(1.0 - against.slow / now, 0.0) * fabs(force.quick)
     growth = slope * (force.quick - force.slow - turned) - PUSH_MEANS.more * held
-    grows = below(growth / sqrt(slope * slope * noise + scatter))
+    grows = normal_cdf(growth / sqrt(slope * slope * noise + scatter))
     usual = force.usual + max(now / max(against.usual, 1e-9) - 1.0, 0.0) * fabs(force.usual)
-    return grows, below((force.quick - usual - PUSH_MEANS.more * held) / sqrt(noise + scatter))
+    return grows, normal_cdf(
+        (force.quick - usual - PUSH_MEANS.more * held) / sqrt(noise + scatter)
+    )

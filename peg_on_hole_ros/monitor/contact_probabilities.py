@@ -53,7 +53,7 @@ def forget_contacts(probabilities: Floats) -> None:
 
 
 @compiled
-def below(z: float) -> float:
+def normal_cdf(z: float) -> float:
     """Return the probability that a standard normal variable is below z."""
     return 0.5 * erfc(-z * 0.7071067811865476)
 
@@ -82,7 +82,7 @@ def opening_evidence(normal: float, variance: float) -> float:
     z = normal / sqrt(max(variance, 1e-18))
     if fabs(z) > 5.0:
         return -EVIDENCE_WEIGHTS.most if z > 0.0 else EVIDENCE_WEIGHTS.most
-    return _bounded(log(below(-z) / below(z)))
+    return _bounded(log(normal_cdf(-z) / normal_cdf(z)))
 
 
 @compiled

@@ -21,10 +21,10 @@ from peg_on_hole_ros.monitor.contact_probabilities import (
     LOST_K,
     OTHER,
     ContactEvidence,
-    below,
     forget_contacts,
     load_evidence,
     misfit_evidence,
+    normal_cdf,
     opening_evidence,
     weigh,
 )
@@ -141,7 +141,7 @@ def below_gamma0(estimate: Estimate) -> float:
     """Return the probability that gamma is below gamma0."""
     motion = estimate.motion
     variance = max(motion.covariance[0, 0] + gamma0_variance(estimate), 1e-24)
-    return below((estimate.scene.gamma0 - motion.gamma) / sqrt(variance))
+    return normal_cdf((estimate.scene.gamma0 - motion.gamma) / sqrt(variance))
 
 
 @compiled

@@ -4,7 +4,7 @@ from math import fabs, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import rate_after
@@ -64,10 +64,10 @@ def moving_now(motion: MotionTrend, since: float, settings: MonitorSettings) -> 
     turn, turn_variance = rate_after(motion.turn, since, memory)
     spread = sqrt(max(rate_variance, 1e-18))
     turn_spread = sqrt(max(turn_variance, 1e-18))
-    closing = below((-rest_rate - rate) / spread)
-    rest = 1.0 - closing - below((rate - rest_rate) / spread)
-    turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
-    rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
+    closing = normal_cdf((-rest_rate - rate) / spread)
+    rest = 1.0 - closing - normal_cdf((rate - rest_rate) / spread)
+    turn_rest = normal_cdf((2.0 * rest_rate - turn) / turn_spread)
+    rest *= max(turn_rest - normal_cdf((-2.0 * rest_rate - turn) / turn_spread), 0.0)
     # Just after a jolt the trend has no direction: that is no motion that could lead anywhere.
     # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
     known = fabs(rate) > 3.0 * spread and motion.calm >= FOLLOWED_MOTION.calm

@@ -4,7 +4,7 @@ from math import exp, log, pi, sqrt
 
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, ONE_POINT
 from peg_on_hole_ros.typed_record import Floats
 
@@ -39,7 +39,9 @@ def absence(normal: float, variance: float) -> float:
     z = normal / sigma
     # The density at zero of what pushes, whose tail cancels the square.
     tail = (
-        0.5 * log(0.5 * pi) + log(-z) if z < ONE_POINT.tail else -0.5 * z * z - log(2.0 * below(z))
+        0.5 * log(0.5 * pi) + log(-z)
+        if z < ONE_POINT.tail
+        else -0.5 * z * z - log(2.0 * normal_cdf(z))
     )
     ratio = tail - log(sigma) + 0.5 * log(ONE_POINT.reaction * ONE_POINT.reaction + sigma * sigma)
     return (

@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import surprise
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.typed_record import Floats, Record
 
@@ -138,7 +138,7 @@ def misfit(
     gamma, psi = q[0], q[1]
     spread_z = sqrt(position_covariance[2, 2])
     lowest = position[2] - 0.5 * d * fabs(sin(gamma))
-    reach = below((PLACE_CHECK.around - lowest) / spread_z)
+    reach = normal_cdf((PLACE_CHECK.around - lowest) / spread_z)
     if cos(gamma) > d / D:
         residual = position - place_inside(d, D, gamma, position)
         deep = position[2] < -PLACE_CHECK.sure * spread_z

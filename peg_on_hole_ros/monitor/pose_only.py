@@ -1,4 +1,4 @@
-"""What is published where modes, forecast and risk are left out: the pose alone is looked at."""
+"""What is published where `monitor.modes` is off: above gamma0 three contacts are assumed."""
 
 from math import fabs
 

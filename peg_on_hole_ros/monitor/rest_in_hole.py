@@ -4,7 +4,7 @@ from math import exp, fabs, sqrt
 
 from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, is_number
 from peg_on_hole_ros.monitor.tuned import FOLLOWED_MOTION, REST_IN_HOLE
@@ -102,7 +102,7 @@ def _probability_of_rest(speed: float, variance: float) -> float:
     wide = variance + REST_IN_HOLE.speed * REST_IN_HOLE.speed
     odds = REST_IN_HOLE.begins / (1.0 - REST_IN_HOLE.begins) * sqrt(wide / variance)
     odds *= exp(max(-0.5 * speed * speed * (1.0 / variance - 1.0 / wide), -50.0))
-    odds /= 2.0 * max(below(speed * REST_IN_HOLE.speed / sqrt(variance * wide)), 1e-12)
+    odds /= 2.0 * max(normal_cdf(speed * REST_IN_HOLE.speed / sqrt(variance * wide)), 1e-12)
     return min(max(odds / (1.0 + odds), REST_IN_HOLE.least), 1.0 - REST_IN_HOLE.least)
 
 

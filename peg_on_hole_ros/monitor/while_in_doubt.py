@@ -20,7 +20,7 @@ _RESTS_ON_WRENCH = (
 )
 
 
-def doubt(rows: np.ndarray, transition: bool) -> None:
+def withhold(rows: np.ndarray, transition: bool) -> None:
     """
     Remove from rows what rests on the wrench.
 

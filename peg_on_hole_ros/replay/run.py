@@ -61,7 +61,7 @@ class SmoothedSink(Protocol):
         """Take the messages of one stamp [ns]."""
 
 
-class Watch(Protocol):
+class InputObserver(Protocol):
     """Sees what is read, before the sinks are given what comes of it."""
 
     def read(self, sample: object) -> None:
@@ -97,7 +97,7 @@ class Replayed(NamedTuple):
         What the end of the bag made known, such as a try that was under way.
     causes : list of str
         Settings that the data have contradicted, a line each.
-    void_reactions : bool
+    reactions_are_void : bool
         Whether reactions rest on one of these.
     failures : Failures
         Side looks that failed.
@@ -114,7 +114,7 @@ class Replayed(NamedTuple):
     t_ns: int
     ending: list[Message]
     causes: list[str]
-    void_reactions: bool
+    reactions_are_void: bool
     failures: Failures
 
 
@@ -210,7 +210,7 @@ def replay_bag(
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
     smoothed: SmoothedSink | None = None,
-    watch: Watch | None = None,
+    watch: InputObserver | None = None,
 ) -> Replayed:
     """
     Replay a bag.
@@ -227,7 +227,7 @@ def replay_bag(
         Called with the share that is done.
     smoothed : SmoothedSink, optional
         Is given the smoothed state of every stamp, after all other output.
-    watch : Watch, optional
+    watch : InputObserver, optional
 
     Raises
     ------
@@ -291,7 +291,7 @@ def replay_bag(
         stream.t_ns,
         ending,
         stream.causes,
-        stream.pipeline.void_reactions,
+        stream.pipeline.reactions_are_void,
         stream.pipeline.failures,
     )
 
@@ -314,7 +314,7 @@ def played(
     batch: Batch,
     configuration: Configuration,
     sources: dict[str, str],
-    watch: Watch | None = None,
+    watch: InputObserver | None = None,
 ) -> Iterator[OutputColumns]:
     """
     Hand a batch to a stream; yield outputs as they come.
@@ -326,7 +326,7 @@ def played(
     configuration : Configuration
     sources : dict of str to str
         See `sources_of`.
-    watch : Watch, optional
+    watch : InputObserver, optional
 
     """
     joints = configuration.joints

@@ -365,7 +365,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
             elapsed_ns,
             self._stream.counts,
             pipeline.health,
-            pipeline.model,
+            pipeline.left_out,
             pipeline.causes,
             self._waiting or self._stream.refused,
             self._stream.failed_looks,

@@ -6,7 +6,7 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN_BEGIN
 from peg_on_hole_ros.estimator.wrench_update import rim_load_bound
@@ -16,14 +16,20 @@ from peg_on_hole_ros.study.equation_residual import unbalanced, wrench_noise
 
 
 def make_balance(
-    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> "Balance":
     """Return the balance with the lengths as they are; parameters as for `ContactFilter`."""
     return Balance(False, scene, options, noise, offsets)
 
 
 def make_small_angle(
-    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> "Balance":
     """Return the balance with the lengths of a small tilt; parameters as for `ContactFilter`."""
     return Balance(True, scene, options, noise, offsets)
@@ -83,7 +89,7 @@ class Balance(ContactFilter):
         scene: Scene,
         options: FilterOptions,
         noise: np.ndarray,
-        offsets: Offsets | None,
+        offsets: OffsetUncertainty | None,
     ) -> None:
         settings = default_settings(**one_level.SETTINGS)
         super().__init__(scene, options, noise, offsets, settings)

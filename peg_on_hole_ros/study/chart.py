@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods import dde_driven
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import measure
@@ -67,14 +67,17 @@ def by_method(
     scene: Scene,
     options: FilterOptions,
     wrench_noise: np.ndarray,
-    offsets: Offsets | None = None,
+    offsets: OffsetUncertainty | None = None,
 ) -> ContactFilter:
     """Return the estimator of a method, whatever the options name."""
     return make_filter(scene, replace(options, method=method), wrench_noise, offsets)
 
 
 def make_dde_driven(
-    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    wrench_noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> ContactFilter:
     """
     Return the estimator in which the wrench alone drives the motion.

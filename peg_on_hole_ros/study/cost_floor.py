@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.options import Configuration, FilterOptions
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -38,7 +38,7 @@ class Noted(ContactFilter):
         scene: Scene,
         options: FilterOptions,
         noise: np.ndarray,
-        offsets: Offsets | None = None,
+        offsets: OffsetUncertainty | None = None,
     ) -> None:
         self.arguments = scene, options, np.array(noise), offsets, default_settings()
         self.calls: list[list[float]] = []
@@ -50,10 +50,10 @@ class Noted(ContactFilter):
         self._note(_START, *np.ravel(q), *np.ravel(R))
         super().start(q, R)
 
-    def end_motion(self) -> None:
+    def end_estimate(self) -> None:
         """End the motion; see `ContactFilter`."""
         self._note(_END_MOTION)
-        super().end_motion()
+        super().end_estimate()
 
     def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
@@ -96,13 +96,13 @@ def _all_steps(memory, gates, calls):
         if what == _START:
             filter_steps.start(memory, gates, q, R)
         elif what == _END_MOTION:
-            filter_steps.end_motion(memory)
+            filter_steps.end_estimate(memory)
         elif what == _PREDICT:
             filter_steps.predict(memory, given[0])
         elif what == _CORRECT:
             filter_steps.correct(memory, gates, q, R)
         else:
-            filter_steps.weigh(memory, given[:6], int(given[6]))
+            filter_steps.correct_by_wrench(memory, given[:6], int(given[6]))
 
 
 def arithmetic(

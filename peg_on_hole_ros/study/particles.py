@@ -8,7 +8,7 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN
 from peg_on_hole_ros.mechanics.kernel import workspace
@@ -24,7 +24,10 @@ _SEED = 1
 
 
 def make_particles(
-    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> "Particles":
     """Return the filter; parameters as for `ContactFilter`."""
     settings = default_settings(**one_level.SETTINGS)

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.estimator.state import OPEN_BEGIN
@@ -16,7 +16,10 @@ from peg_on_hole_ros.study.balance import balanced
 
 
 def make_smoothed(
-    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> "Smoothed":
     """Return the default estimator with smoothing; parameters as for `ContactFilter`."""
     return Smoothed(scene, options, noise, offsets, default_settings())

@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import one_level
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN
 from peg_on_hole_ros.estimator.wrench_update import rim_load_bound
@@ -22,7 +22,10 @@ _SPREAD, _NORMAL, _KAPPA = 1.0, 2.0, 0.0
 
 
 def make_unscented(
-    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    wrench_noise: np.ndarray,
+    offsets: OffsetUncertainty | None = None,
 ) -> "Unscented":
     """Return the filter; parameters as for `ContactFilter`."""
     settings = default_settings(**one_level.SETTINGS)

@@ -49,7 +49,7 @@ def test_what_a_wrench_means_is_named(fault):
     # Where nothing takes the place of what is stated no reaction means anything.
     for line in lines:
         named = [cause for cause in line.causes if cause.startswith("wrench: with ")]
-        assert line.void_reactions == any(ADOPTED not in cause for cause in named)
+        assert line.reactions_are_void == any(ADOPTED not in cause for cause in named)
     # What jumps beyond any noise is asked for its unit, which is no other cause.
     jumps = [causes for causes in told if causes and "is it in N m," in causes[0]]
     assert [causes for causes in told if causes and causes not in right + jumps] == []
@@ -77,7 +77,7 @@ def test_nothing_is_said_of_a_bag_that_is_right(path):
     line = Pipeline(from_parameters({}))
     for sample in samples(path):
         line.on_sample(sample)
-    assert line.causes == [] and not line.void_reactions
+    assert line.causes == [] and not line.reactions_are_void
     doubts = (
         "setting_contradicted", "setting_adopted", "contact_doubted", "innovations_too_large",
         "joints_noisy", "wrench_noisy", "wrench_spike",

@@ -186,7 +186,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
             # From somewhere within what is kept, and all since anew.
             back = 1 + k * 37 % min(wrenches - 1, 4000)
             ring.put_late_orientation(kept, r, now - 100_000 * back, orientation)
-            ring.begin_again(kept, r, words, state)
+            ring.rewind(kept, r, words, state)
             assert r["done"] >= r["first"]
             r["done"], r["restored"] = r["last"], 0
             late += 1

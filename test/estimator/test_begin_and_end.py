@@ -59,7 +59,7 @@ def test_a_friction_that_was_learnt_begins_the_next_motion(stddev, kept):
     follow(peg, rows)
     learnt = peg.record.scene.f
     assert (abs(learnt - true) < 0.02) == kept
-    peg.end_motion()
+    peg.end_estimate()
     peg.start(Q, R)
     assert peg.record.scene.f == pytest.approx(learnt if kept else true + 0.08, rel=0.02)
 

@@ -141,7 +141,7 @@ def test_two_motions_tell_what_each_tells(configuration):
     twice = run(configuration, ObservingFilter, 600)
     pipeline = Pipeline(configuration, make=lambda *_: twice)
     first = twice.information
-    twice.end_motion()
+    twice.end_estimate()
     np.testing.assert_array_equal(twice.information, first)
     for sample, _ in zip(bag_samples(BAG, configuration), range(600)):
         pipeline.on_sample(sample)

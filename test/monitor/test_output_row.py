@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from late_samples import ordered, pipeline
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES, NOT_JUDGED, NOTHING, OUTPUTS, ROW
 from peg_on_hole_ros.monitor.states import Mode
-from peg_on_hole_ros.monitor.while_in_doubt import doubt
+from peg_on_hole_ros.monitor.while_in_doubt import withhold
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_in_doubt_nothing_that_rests_on_the_wrench_is_left():
     rows["normal"], rows["closed"] = (5.0, 0.0, 1.0), 1.0
     rows["jamming_risk"] = rows["friction"] = 0.5
     rows["alarms"]["level"] = [[2, 0, 1], [1, 1, 1], [-1, -1, -1]]
-    doubt(rows, True)
+    withhold(rows, True)
     assert rows["contact_mode"].tolist() == [Mode.UNKNOWN, Mode.OPEN, Mode.UNKNOWN]
     assert rows["closed"].tolist() == [[1.0, 0.0, 1.0], [0.0] * 3, [1.0, 0.0, 1.0]]
     assert np.isnan(rows["jamming_risk"]).all() and (rows["friction"] == 0.5).all()

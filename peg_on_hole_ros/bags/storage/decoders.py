@@ -1,4 +1,4 @@
-"""From the definition of a channel, the bag's or the own one, to what reads its messages."""
+"""From the definition of a channel, the bag's or this package's, to what reads its messages."""
 
 import re
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""One table of many bags: a row for each try, and one for each bag without any."""
+"""One table of many bags: a row for each try to insert, and one for each bag without any."""
 
 import csv
 from collections.abc import Iterable

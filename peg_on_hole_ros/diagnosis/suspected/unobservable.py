@@ -64,7 +64,7 @@ _FORCE, _ZERO = slice(2, 5), slice(2, 8)
 
 class Unobservable(Suspect):
     """
-    Tests settings that may be off by the six equations, while a peg slides on three contacts.
+    Tests settings that may be off, by the six equations, while a peg slides on three contacts.
 
     Each look determines something of all of them together, with reactions and motion open. What is
     left of the offset that each may have, times what it moves the reactions by, is its cost. A

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.typed_record import Floats
@@ -21,7 +21,7 @@ class Make(Protocol):
         scene: Scene,
         options: FilterOptions,
         wrench_noise: Floats,
-        offsets: Offsets | None = None,
+        offsets: OffsetUncertainty | None = None,
         /,
     ) -> ContactFilter:
         """
@@ -33,7 +33,7 @@ class Make(Protocol):
         options : FilterOptions
         wrench_noise : ndarray, shape (6, 6)
             Covariance of the wrench about the mass centre, peg axes [N^2], [N^2 m], [N^2 m^2].
-        offsets : Offsets, optional
+        offsets : OffsetUncertainty, optional
             What is not known of bias and tilt.
 
         """
@@ -60,7 +60,10 @@ def of_settings(settings: Mapping[str, ArrayLike]) -> Method:
     """Return the method that is a `ContactFilter` with settings in place of the default ones."""
 
     def make(
-        scene: Scene, options: FilterOptions, wrench_noise: Floats, offsets: Offsets | None = None
+        scene: Scene,
+        options: FilterOptions,
+        wrench_noise: Floats,
+        offsets: OffsetUncertainty | None = None,
     ) -> ContactFilter:
         return ContactFilter(scene, options, wrench_noise, offsets, default_settings(**settings))
 

@@ -4,7 +4,7 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods import dde_driven, mixture, one_level, quasi_static
 from peg_on_hole_ros.estimator.methods.method import Method
-from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.typed_record import Floats
 
@@ -18,7 +18,10 @@ METHODS: dict[str, Method] = {
 
 
 def make_filter(
-    scene: Scene, options: FilterOptions, wrench_noise: Floats, offsets: Offsets | None = None
+    scene: Scene,
+    options: FilterOptions,
+    wrench_noise: Floats,
+    offsets: OffsetUncertainty | None = None,
 ) -> ContactFilter:
     """Return the estimator that the options name, see `method.Make`."""
     return METHODS[options.method].make(scene, options, wrench_noise, offsets)

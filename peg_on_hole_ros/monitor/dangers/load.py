@@ -5,7 +5,7 @@ from math import exp, sqrt
 from typing import Annotated
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.dangers.situation import (
     Situation,
     horizon_on_rim,
@@ -93,7 +93,7 @@ def assess(found: Load, situation: Situation) -> None:
         over = over_limit(found.trends[i], covariance[i, i], settings.max_normal[i], horizon)
         if over > most:
             most, found.which = over, i
-    found.probability = on_rim(shown) * below(most)
+    found.probability = on_rim(shown) * normal_cdf(most)
 
 
 @compiled

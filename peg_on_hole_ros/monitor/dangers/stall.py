@@ -3,7 +3,7 @@
 from math import exp, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.dangers.situation import (
     Situation,
     horizon_on_rim,
@@ -162,7 +162,7 @@ def stops_ahead(stall: Stall, horizon: float, rest_rate: float) -> float:
     growth = push.rate + b * push.drive
     variance = push.p11 + b * (2.0 * push.p12 + b * push.p22)
     now = _stands(stall.tilt, push.rate, push.p11, rest_rate)
-    return below(max(now, _stands(stall.tilt, growth, variance, rest_rate)))
+    return normal_cdf(max(now, _stands(stall.tilt, growth, variance, rest_rate)))
 
 
 @compiled

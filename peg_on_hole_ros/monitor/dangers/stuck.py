@@ -6,7 +6,7 @@ from typing import NamedTuple
 from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.dangers.situation import Situation, in_hole, is_inside
 from peg_on_hole_ros.monitor.rest_in_hole import along_share, rests
 from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, STUCK_IN_HOLE
@@ -116,7 +116,7 @@ def _stuck_in_hole(found: Stuck, situation: Situation) -> tuple[float, float]:
     f_z = p.f * along_share(depth, p.d, p.D, around)
     load = _by_diagram(p, estimate, f_z, threshold)
     found.insertion, found.margin = load.insertion, load.margin
-    kept = below(load.beyond)
+    kept = normal_cdf(load.beyond)
     rest = rests(depth)
     share = min(situation.passed.dt / STUCK_IN_HOLE.beyond_over, 1.0)
     found.beyond += share * (load.beyond_low_friction - found.beyond)
@@ -169,14 +169,14 @@ def _by_diagram(
     # holder alone keeps the tilt. What is left of the push is for friction.
     steep = max(side * s, 0.0) / length
     left, left_noise = F_z - steep * max(about_edge, 0.0), steep * steep * about_edge_noise
-    pressed = below((left - threshold) / sqrt(noise * noise + left_noise))
+    pressed = normal_cdf((left - threshold) / sqrt(noise * noise + left_noise))
     variance += max(friction_variance, 0.0) * (N_K * scene.d / arm) ** 2
-    loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + R[0, 0]))
+    loaded = normal_cdf(N_K / sqrt(variance)) * normal_cdf((F_x + N_K) / sqrt(variance + R[0, 0]))
     # Where either friction cone holds the other contact, any load may be locked in.
-    locks = below((scene.f - length / scene.d) / sqrt(max(friction_variance, 1e-6)))
+    locks = normal_cdf((scene.f - length / scene.d) / sqrt(max(friction_variance, 1e-6)))
     held = max(loaded, locks)
     width = max(2.0 * F_z / (uncertain * _ROOT_TWO_PI), 1.0)
     # K lies on the peg's side.
     deepest = 2.0 * scene.H_c * side * motion.gamma - (scene.D - scene.d)
-    held *= below(deepest / (2.0 * scene.H_c * sqrt(max(motion.covariance[0, 0], 1e-18))))
+    held *= normal_cdf(deepest / (2.0 * scene.H_c * sqrt(max(motion.covariance[0, 0], 1e-18))))
     return OnDiagram(length / scene.d, margin, beyond, low_friction, width, locks, held, pressed)

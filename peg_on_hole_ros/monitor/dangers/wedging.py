@@ -4,7 +4,7 @@ from math import fabs, inf, isfinite, sqrt
 
 from peg_on_hole_ros.estimator.estimate import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
-from peg_on_hole_ros.monitor.contact_probabilities import below
+from peg_on_hole_ros.monitor.contact_probabilities import normal_cdf
 from peg_on_hole_ros.monitor.dangers.situation import Situation, is_inside, on_rim
 from peg_on_hole_ros.monitor.motion_now import Moving
 from peg_on_hole_ros.monitor.tuned import PUSH_MEANS, WEDGING_AHEAD
@@ -101,7 +101,7 @@ def wedging_ahead(estimate: Estimate, moving: Moving, horizon: float) -> tuple[f
             slope = determinant_at(shifted, scales, where, rates, work) - least
             if isfinite(slope):
                 spread = sqrt(spread * spread + slope * slope)
-        worst = below(-least / spread)
+        worst = normal_cdf(-least / spread)
     now = determinant_at(p, _same(WEDGING_AHEAD.dry_slip), gamma, rates, work)
     return worst, now if isfinite(now) else 0.0
 

@@ -7,7 +7,7 @@ import numpy as np
 from peg_on_hole_ros.typed_record import Floats
 
 
-class Offsets(NamedTuple):
+class OffsetUncertainty(NamedTuple):
     """
     What is not known of the sensor's bias, of the hole's direction and of the clocks.
 
@@ -35,6 +35,6 @@ class Offsets(NamedTuple):
     delay_stddev: float = 0.0
 
     @staticmethod
-    def none() -> "Offsets":
+    def all_known() -> "OffsetUncertainty":
         """Return the offsets of a cell in which all of them are known."""
-        return Offsets(np.zeros(8), np.zeros((6, 6)), np.zeros(6))
+        return OffsetUncertainty(np.zeros(8), np.zeros((6, 6)), np.zeros(6))
