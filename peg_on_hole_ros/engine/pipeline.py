@@ -1,4 +1,4 @@
-"""The one path of node and replay, samples in, outputs out: the `Engine` and what is asked of it."""
+"""The one path of node and replay, samples in, outputs out: the `Engine` and requests to it."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
