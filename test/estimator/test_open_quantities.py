@@ -255,7 +255,7 @@ def test_a_tare_begins_the_bias_anew():
         reduction.offsets(configuration),
     )  # fmt: skip
     kalman.start(np.array([0.2, 0.1, 0.3]), 1e-8 * np.eye(3))
-    kalman.tared(reduction.noise / 100)
+    kalman.restart_bias(reduction.noise / 100)
     found = learnt_by(kalman)
     assert found["bias_force_x"] == 0.0
     assert found["bias_force_x_stddev"] == pytest.approx(0.02)

@@ -86,10 +86,10 @@ def test_topics_and_diagnostics_say_that_nothing_was_judged():
     assert "alarms" not in topics and {"state", "contacts", "transition"} <= topics
     diagnostics = Diagnostics()
     diagnostics.received("wrench", 1, outputs=True)
-    report, _ = diagnostics.report(0, 10**9, {}, line.health, line.model)
+    report, _ = diagnostics.report(0, 10**9, {}, line.health, line.left_out)
     status = next(item for item in report["status"] if item["name"].endswith("filter"))
     assert "monitor.modes" in status["message"]
-    assert "monitor.modes" not in pipeline(True).model
+    assert "monitor.modes" not in pipeline(True).left_out
 
 
 def test_a_replay_says_so_and_writes_no_alarms(bag, tmp_path, capsys):
