@@ -20,6 +20,7 @@ FAMILIES = {
     "insertion": "benchmarks.insertion.insertion",
     "insertion_engine": "benchmarks.insertion.engine",
     "insertion_estimates": "benchmarks.insertion.estimates",
+    "gate": "benchmarks.engines.gate",
     "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
     "ablation": "benchmarks.ablation",
     "calibration": "benchmarks.calibration",
