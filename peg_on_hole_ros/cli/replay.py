@@ -19,7 +19,12 @@ from peg_on_hole_ros.bags.score import (
 from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.storage.rosbag2_folder import is_folder_name, rosbag2_folder
 from peg_on_hole_ros.bags.writer import BagWriter
-from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording, truth_in
+from peg_on_hole_ros.cli.bag_and_configuration import (
+    Reading,
+    open_recording,
+    print_line,
+    truth_in,
+)
 from peg_on_hole_ros.cli.output_paths import write_text
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.table import finite, table, to_json
@@ -28,6 +33,7 @@ from peg_on_hole_ros.diagnosis.guarded_looks import Failures, GuardedLook
 from peg_on_hole_ros.diagnosis.suspected.unobservable import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX
+from peg_on_hole_ros.messages.transforms import STATIC_TRANSFORM_TOPIC
 from peg_on_hole_ros.messages.tries import json_line
 from peg_on_hole_ros.monitor.pose_only import MODES_OFF as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
@@ -36,6 +42,7 @@ from peg_on_hole_ros.replay.run import check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
 from peg_on_hole_ros.replay.topic_findings import two_robots
 from peg_on_hole_ros.report.accuracy_line import accuracy_line
+from peg_on_hole_ros.robot.frame_tree import frame_tree
 from peg_on_hole_ros.safe_text import printable
 
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
@@ -65,6 +72,8 @@ def _one_bag(arguments, out):
     bag, configuration, node, _ = open_recording(
         arguments.bags[0], arguments.config, [out], texts, Reading.of(arguments)
     )
+    if out:
+        _tell_frames(configuration)
     result, score, doubts, no_page = replay(
         bag, configuration, node, out, arguments.report, arguments.smooth
     )
@@ -82,6 +91,13 @@ def _one_bag(arguments, out):
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
+
+
+def _tell_frames(configuration):
+    """Say why an output has not the hole's place, though it is stated."""
+    line = frame_tree(configuration).hole_line
+    if line:
+        print_line(line)
 
 
 def many(arguments: argparse.Namespace) -> bool:
@@ -132,7 +148,7 @@ def replay(
     summary = Summary()
     score, cycles = Score(truth) if truth else None, _ToldTries()
     sinks: list[Any] = [sink for sink in (summary, score, page, cycles) if sink is not None]
-    latched = [PREFIX + suffix for suffix in LATCHED]
+    latched = [*(PREFIX + suffix for suffix in LATCHED), STATIC_TRANSFORM_TOPIC]
     # No stack of contexts: a signal that comes while it is built would leave a half file.
     with (
         BagWriter(out, configuration, latched=latched) if out else nullcontext() as opened,

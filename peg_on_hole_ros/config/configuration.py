@@ -12,7 +12,7 @@ from dataclasses import fields
 from math import isfinite, radians
 from typing import Any
 
-from peg_on_hole_ros.config.options import Configuration, NodeOptions, Topics
+from peg_on_hole_ros.config.options import Configuration, Frames, NodeOptions, Topics
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
 from peg_on_hole_ros.errors import PegOnHoleError, wrong_prefix_remedy
 from peg_on_hole_ros.safe_text import MOST_SHOWN, cut, printable, shown
@@ -310,6 +310,28 @@ def _check_together(configuration):
             "make it smaller, such as a seventh of that"
         )
     check_topics(configuration.topics)
+    _check_frames(configuration.frames)
+
+
+def _check_frames(frames: Frames) -> None:
+    names = {f"frames.{name}": value for name, value in vars(frames).items()}
+    for name, value in names.items():
+        # As tf2 has it.
+        if value.startswith("/"):
+            raise PegOnHoleError(
+                f"{name} = {shown(value)} begins with a slash, which no frame of tf2 does; take "
+                "it out"
+            )
+        if not value and name != "frames.base":
+            raise PegOnHoleError(f"{name} is empty; {_example(BY_NAME[name])}")
+    told: dict[str, str] = {}
+    for name, value in names.items():
+        if value and value in told:
+            raise PegOnHoleError(
+                f"{told[value]} and {name} are both {shown(value)}: they are two frames, and need "
+                "two names"
+            )
+        told[value] = name
 
 
 def check_topics(topics: Topics) -> None:

@@ -164,6 +164,15 @@ class Topics:
 
 
 @dataclass(frozen=True)
+class Frames:
+    """Names of frames in messages and in the tree that /tf and /tf_static make."""
+
+    hole: str = "hole"
+    peg: str = "peg"
+    base: str = ""
+
+
+@dataclass(frozen=True)
 class Configuration:
     """Everything that the pipeline is built from; the same for node and replay."""
 
@@ -175,6 +184,7 @@ class Configuration:
     monitor: MonitorOptions = field(default_factory=MonitorOptions)
     plan: Cell = field(default_factory=Cell)
     topics: Topics = field(default_factory=Topics)
+    frames: Frames = field(default_factory=Frames)
 
 
 @dataclass(frozen=True)

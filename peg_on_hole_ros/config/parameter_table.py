@@ -282,7 +282,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _joints(
         "hole_xyz",
-        "hole frame in the URDF's root link; the angles need its axes only",
+        "hole frame in the URDF's root link, as on /tf_static where it is stated; the angles need "
+        "its axes only",
         "m",
         -100.0,
         100.0,
@@ -554,6 +555,17 @@ PARAMETERS: tuple[Parameter, ...] = (
         "topics.robot_description",
         "std_msgs/String with the robot's description, transient local, for joints.urdf: topic",
         topic=True,
+    ),
+    _row(
+        "frames.hole",
+        "frame of the hole, in which messages are and the peg lies; each hole of a tree needs "
+        "another",
+    ),
+    _row("frames.peg", "frame of the peg on /tf; no link of the robot, which has a parent"),
+    _row(
+        "frames.base",
+        "frame on /tf_static in which joints.hole_xyz and hole_rpy are; empty: the URDF's root "
+        "link",
     ),
     _row("autostart", "node: configure and activate itself at start"),
     _row("record_arrivals", "node: MCAP file for messages in their order of arrival; empty: none"),

@@ -75,6 +75,8 @@ class OutputStream:
         Most marker messages per second of stamp time [Hz]; 0: none.
     possible : GuardedLook, optional
         Adds to the alarms what helps, where that can be planned.
+    frame : str
+        The hole's, which messages are in.
 
     """
 
@@ -83,8 +85,9 @@ class OutputStream:
         scene: Scene,
         markers_rate: float = 10.0,
         possible: GuardedLook[StillPossible] | None = None,
+        frame: str = HOLE_FRAME,
     ) -> None:
-        self._scene, self._possible = scene, possible
+        self._scene, self._possible, self._frame = scene, possible, frame
         self.set_markers_rate(markers_rate)
         self._markers_ns: int | None = None
         self._alarms_ns: int | None = None
@@ -158,7 +161,9 @@ class OutputStream:
         # Alarms that nobody looks after are not published: their silence shows.
         if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
-            messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, alarms)))
+            messages.append(
+                ("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, alarms, self._frame))
+            )
         worst = max((level for _, level in levels), default=None)
         if worst != self._worst and worst is not None:
             self._worst = worst
@@ -166,7 +171,8 @@ class OutputStream:
         period = self._markers_period_ns
         if period is not None and _due(outputs.t_ns, self._markers_ns, period):
             self._markers_ns = outputs.t_ns
-            messages.append(("markers", MARKERS, marker_array(outputs, self._scene)))
+            shown = marker_array(outputs, self._scene, self._frame)
+            messages.append(("markers", MARKERS, shown))
         return messages
 
     @property
@@ -232,22 +238,26 @@ def joint_state(
     }
 
 
-def smoothed_messages(t_ns: int, state: np.ndarray, covariance: np.ndarray) -> list[Message]:
+def smoothed_messages(
+    t_ns: int, state: np.ndarray, covariance: np.ndarray, frame: str = HOLE_FRAME
+) -> list[Message]:
     """Return `smoothed_state` and `smoothed_state_stddev`, which only a replay can give."""
     # To (-pi, pi], as in the filter's own state.
     angles = state[:3] - 2 * np.pi * np.ceil((state[:3] - np.pi) / (2 * np.pi)) * [0, 1, 1]
     angles[0] = max(angles[0], 0.0)
     stddev = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+    told = joint_state(t_ns, ANGLES, angles, state[3:], frame=frame)
+    spread = joint_state(t_ns, ANGLES, stddev[:3], stddev[3:], frame=frame)
     return [
-        ("smoothed_state", JOINT_STATE, joint_state(t_ns, ANGLES, angles, state[3:])),
-        ("smoothed_state_stddev", JOINT_STATE, joint_state(t_ns, ANGLES, stddev[:3], stddev[3:])),
+        ("smoothed_state", JOINT_STATE, told),
+        ("smoothed_state_stddev", JOINT_STATE, spread),
     ]
 
 
-def alarm_array(t_ns: int, alarms: tuple[Alarm, ...]) -> dict:
+def alarm_array(t_ns: int, alarms: tuple[Alarm, ...], frame: str = HOLE_FRAME) -> dict:
     """Return diagnostic_msgs/DiagnosticArray; numbers as texts that read back unchanged."""
     return {
-        "header": header(t_ns),
+        "header": header(t_ns, frame),
         "status": [
             {
                 "level": int(alarm.level),

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.messages.beside_estimates import Message
+from peg_on_hole_ros.messages.plain import HOLE_FRAME
 from peg_on_hole_ros.messages.published import LAYOUTS, published
 from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.monitor.states import MODES
@@ -44,11 +45,16 @@ class OutputColumns:
     rows : Rows
     beside : list of (int, list of Message)
         What is published on change or from time to time beside the estimate, by place of stamp.
+    frame : str
+        The hole's, which messages are in.
 
     """
 
-    def __init__(self, rows: Rows, beside: list[tuple[int, list[Message]]]) -> None:
+    def __init__(
+        self, rows: Rows, beside: list[tuple[int, list[Message]]], frame: str = HOLE_FRAME
+    ) -> None:
         self.t_ns, self.rows, self.beside = rows.t_ns, rows.values, beside
+        self._frame = frame
 
     def __len__(self) -> int:
         """Return the number of stamps."""
@@ -70,7 +76,7 @@ class OutputColumns:
         """Return all messages of one stamp."""
         t_ns, numbers = int(self.t_ns[i]), self.numbers[i]
         estimate = [
-            (each.name, each.ros_type, each.message(t_ns, numbers[each.at]))
+            (each.name, each.ros_type, each.message(t_ns, numbers[each.at], self._frame))
             for each in LAYOUTS.values()
         ]
         return [*estimate, *dict(self.beside).get(i, ())]
@@ -82,7 +88,7 @@ class OutputColumns:
             Topic(
                 each.name,
                 each.ros_type,
-                each.message(t_ns, numbers[0, each.at]),
+                each.message(t_ns, numbers[0, each.at], self._frame),
                 numbers[:, each.at],
             )
             for each in LAYOUTS.values()

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.messages.plain import header, quaternion, xyz
+from peg_on_hole_ros.messages.plain import HOLE_FRAME, header, quaternion, xyz
 from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.records import CONTACTS
@@ -28,7 +28,7 @@ _CONE_COLOR = {"r": 0.1, "g": 0.4, "b": 0.85, "a": 0.3}
 _NO_TURN = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
-def marker_array(outputs: OutputView, scene: Scene) -> dict:
+def marker_array(outputs: OutputView, scene: Scene, frame: str = HOLE_FRAME) -> dict:
     """
     Return visualization_msgs/MarkerArray; what is not there any more is deleted by name.
 
@@ -39,16 +39,19 @@ def marker_array(outputs: OutputView, scene: Scene) -> dict:
     ----------
     outputs : OutputView
     scene : Scene
+    frame : str
+        The hole's.
 
     """
-    return {
-        "markers": [
-            _peg(outputs, scene),
-            _rim(outputs.t_ns, scene),
-            *_forces(outputs, scene),
-            *_cones(outputs, scene),
-        ]
-    }
+    markers = [
+        _peg(outputs, scene),
+        _rim(outputs.t_ns, scene),
+        *_forces(outputs, scene),
+        *_cones(outputs, scene),
+    ]
+    for marker in markers:
+        marker["header"]["frame_id"] = frame
+    return {"markers": markers}
 
 
 def _marker(t_ns, name, number, kind, scale, color, **more):

@@ -13,7 +13,7 @@ from peg_on_hole_ros.messages.beside_estimates import (
 )
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import joined
-from peg_on_hole_ros.messages.plain import header, xyz
+from peg_on_hole_ros.messages.plain import HOLE_FRAME, header, xyz
 from peg_on_hole_ros.monitor.output_row import OUTPUTS, ROW
 from peg_on_hole_ros.monitor.publishable_reactions import are_publishable
 from peg_on_hole_ros.outputs import NOT_DETERMINED
@@ -44,26 +44,26 @@ class TopicNumbers(NamedTuple):
     names: tuple[str, ...]
     fields: dict[str, slice]
 
-    def message(self, t_ns: int, numbers: np.ndarray) -> dict:
-        """Return the message of a stamp [ns] whose numbers are given."""
+    def message(self, t_ns: int, numbers: np.ndarray, frame: str = HOLE_FRAME) -> dict:
+        """Return the message of a stamp [ns] whose numbers are given, in the hole's frame."""
         values = {name: numbers[at].tolist() for name, at in self.fields.items()}
-        return _MESSAGE_OF_TYPE[self.ros_type](t_ns, self.names, values)
+        return _MESSAGE_OF_TYPE[self.ros_type](t_ns, frame, self.names, values)
 
 
-def _joint_state(t_ns, names, values):
-    return joint_state(t_ns, names, **values)
+def _joint_state(t_ns, frame, names, values):
+    return joint_state(t_ns, names, **values, frame=frame)
 
 
-def _wrench(t_ns, _, values):
+def _wrench(t_ns, frame, _, values):
     force, torque = xyz(values["wrench.force"]), xyz(values["wrench.torque"])
-    return {"header": header(t_ns), "wrench": {"force": force, "torque": torque}}
+    return {"header": header(t_ns, frame), "wrench": {"force": force, "torque": torque}}
 
 
-def _pose(t_ns, _, values):
+def _pose(t_ns, frame, _, values):
     turn = dict(zip("xyzw", values["pose.pose.orientation"]))
     there = {"position": xyz(values["pose.pose.position"]), "orientation": turn}
     return {
-        "header": header(t_ns),
+        "header": header(t_ns, frame),
         "pose": {"pose": there, "covariance": values["pose.covariance"]},
     }
 
@@ -135,11 +135,21 @@ def published(rows: np.ndarray) -> np.ndarray:
 
 
 class EstimateEncoder:
-    """Writes the messages of an estimate, which differ from others in stamp and numbers alone."""
+    """
+    Writes the messages of an estimate, which differ from others in stamp and numbers alone.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    frame : str
+        The hole's, which they are in.
+
+    """
+
+    def __init__(self, frame: str = HOLE_FRAME) -> None:
         layouts = [
-            Encoder(each.ros_type).layout(each.message(0, np.zeros(each.at.stop - each.at.start)))
+            Encoder(each.ros_type).layout(
+                each.message(0, np.zeros(each.at.stop - each.at.start), frame)
+            )
             for each in LAYOUTS.values()
         ]
         self._template, places = joined(layouts)

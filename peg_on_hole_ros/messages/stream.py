@@ -108,13 +108,14 @@ class MessageStream:
         self._possible = GuardedLook(
             "still_possible", lambda: StillPossible(configuration), pipeline.failures
         )
-        self._outputs = OutputStream(configuration.scene, markers_rate, self._possible)
+        self._hole = configuration.frames.hole
+        self._outputs = OutputStream(configuration.scene, markers_rate, self._possible, self._hole)
         self._tries = Tries()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
         self._joints_needed = joints.names
         self._wrenches, self._joints = WrenchReader(), JointsReader(joints.names)
-        self._encoder = EstimateEncoder()
+        self._encoder = EstimateEncoder(self._hole)
         self._unusable: Counter[str] = Counter()
 
     @property
@@ -153,7 +154,7 @@ class MessageStream:
             return None
         self.t_ns = int(rows.t_ns[-1])
         announced = self.pipeline.without_announced_alarms if self.pipeline.expecting else None
-        columns = OutputColumns(rows, self._outputs.beside(rows, announced))
+        columns = OutputColumns(rows, self._outputs.beside(rows, announced), self._hole)
         columns.add((place, _cycle_messages(ended)) for place, ended in self._tries.take(columns))
         return columns
 
@@ -180,7 +181,8 @@ class MessageStream:
             return None
         t_ns, numbers = int(columns.t_ns[0]), columns.numbers[0]
         beside = [message for _, messages in columns.beside for message in messages]
-        return Published(t_ns, self._encoder(t_ns, numbers), partial(_pose, t_ns, numbers), beside)
+        pose = partial(_pose, t_ns, numbers, self._hole)
+        return Published(t_ns, self._encoder(t_ns, numbers), pose, beside)
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """
@@ -329,9 +331,9 @@ class MessageStream:
         )
 
 
-def _pose(t_ns, numbers):
+def _pose(t_ns, numbers, frame):
     layout = LAYOUTS["pose"]
-    return layout.message(t_ns, numbers[layout.at])
+    return layout.message(t_ns, numbers[layout.at], frame)
 
 
 def _cycle_messages(records):

@@ -31,10 +31,12 @@ from peg_on_hole_ros.messages.stream import (
     message_stream,
     orientation_of,
 )
+from peg_on_hole_ros.messages.transforms import static_transform
 from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.records import Arrivals
 from peg_on_hole_ros.replay.advice import InputOddities, remedy
 from peg_on_hole_ros.replay.bag_settings import completed_settings
+from peg_on_hole_ros.robot.frame_tree import FrameTree, frame_tree
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, check_regular, urdf_path
 
 _REMEDY = (
@@ -250,18 +252,23 @@ def replay_bag(
     )
     seen = InputOddities(configuration.joints, stream.pipeline.failures)
     unreadable = Counter(bag.undecodable)
+    tree: FrameTree | None = frame_tree(configuration)
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):
         seen.add(batch, sources)
         for columns in played(stream, batch, configuration, sources, watch):
+            if tree is not None:
+                placed, tree = static_transform(tree, int(columns.t_ns[0])), None
+                columns.add([(0, [placed])] if placed else [])
             for sink in sinks:
                 sink.take(columns)
         count += len(batch)
         if progress:
             progress(count / total)
     if smoothed:
+        hole = configuration.frames.hole
         for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):  # type: ignore[attr-defined]
-            smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
+            smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance, hole))
     ending = stream.finish()
     seconds = time.perf_counter() - begun
     for topic, source in sources.items():

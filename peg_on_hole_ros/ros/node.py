@@ -33,6 +33,7 @@ from peg_on_hole_ros.messages.stream import (
     message_stream,
 )
 from peg_on_hole_ros.messages.warm_up import warm
+from peg_on_hole_ros.robot.frame_tree import frame_tree
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.ros import parameters as node_parameters
 from peg_on_hole_ros.ros import process
@@ -115,6 +116,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
         self.arrivals = WaitingMessages(self.options.qos_depth, self._stream.pushed_out)
         self._recording = ArrivalsFile(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
+        self._look_for_frames()
         if awaited(self.configuration.joints):
             self._description = RobotDescription(self, self.configuration, self._describe)
         self._expecting = self.create_subscription(String, "~/expect", self._expect, 10)
@@ -152,6 +154,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
         self.get_logger().info(
             f"active: listening to {wrench} and {self.resolve_topic_name(topics.joint_states)}"
         )
+        self._place()
         return super().on_activate(state)
 
     @log_errors
@@ -199,6 +202,16 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
         joints = replace(self.configuration.joints, description=text)
         self.configuration = replace(self.configuration, joints=joints)
         self._recording.describe(self.configuration)
+        self._look_for_frames()
+        if self._while_active:
+            self._place()
+
+    def _look_for_frames(self):
+        self._tree = frame_tree(self.configuration)
+        self._warn(filter(None, [self._tree.hole_line, self._tree.peg_line]))
+
+    def _place(self):
+        self._outputs.place(self._tree, self.get_clock().now().nanoseconds)
 
     @property
     def _waiting(self):

@@ -10,7 +10,14 @@ from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, LATCHED, TOPI
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import Published
-from peg_on_hole_ros.messages.transforms import TRANSFORM_TOPIC, TRANSFORMS, Transforms
+from peg_on_hole_ros.messages.transforms import (
+    STATIC_TRANSFORM_TOPIC,
+    TRANSFORM_TOPIC,
+    TRANSFORMS,
+    Transforms,
+    static_transform,
+)
+from peg_on_hole_ros.robot.frame_tree import FrameTree
 
 # For who listens to acknowledge what is said last.
 _HEARD = Duration(seconds=1.0)
@@ -18,7 +25,9 @@ _HEARD = Duration(seconds=1.0)
 
 class Publishers:
     """
-    Publishers of the outputs below the node's name, of /diagnostics, and of /tf where that exists.
+    Publishers of the outputs below the node's name, of /diagnostics, and of transforms.
+
+    Transforms are left out where tf2_msgs is not installed.
 
     Parameters
     ----------
@@ -44,16 +53,21 @@ class Publishers:
         self._diagnostics = node.create_lifecycle_publisher(
             message_class(DIAGNOSTICS), "/diagnostics", QoSProfile(depth=10)
         )
-        self._transforms, self._tf = Transforms(), None
+        self._transforms: Transforms | None = None
+        self._tf = self._tf_static = None
         try:
             kind = message_class(TRANSFORMS)
         except ModuleNotFoundError:
             node.get_logger().info(
-                f"nothing on {TRANSFORM_TOPIC}: the package tf2_msgs is not installed"
+                f"nothing on {TRANSFORM_TOPIC} and {STATIC_TRANSFORM_TOPIC}: the package tf2_msgs "
+                "is not installed"
             )
         else:
             self._tf = node.create_lifecycle_publisher(
                 kind, TRANSFORM_TOPIC, QoSProfile(depth=100)
+            )
+            self._tf_static = node.create_lifecycle_publisher(
+                kind, STATIC_TRANSFORM_TOPIC, latched
             )
             self._encode_tf = Encoder(TRANSFORMS)
 
@@ -65,10 +79,17 @@ class Publishers:
             if handle.get_subscription_count():
                 handle.publish_raw(payload)
         self.publish_all(published.beside)
-        if self._tf is not None:
+        if self._tf is not None and self._transforms is not None:
             transform = self._transforms.message(published.t_ns, published.pose)
             if transform is not None:
                 self._tf.publish(self._encode_tf(transform))
+
+    def place(self, tree: FrameTree, t_ns: int) -> None:
+        """Take where peg and hole hang in the tree of frames; publish the hole's place [ns]."""
+        self._transforms = Transforms(tree.hole, tree.peg) if tree.peg else None
+        placed = static_transform(tree, t_ns)
+        if self._tf_static is not None and placed is not None:
+            self._tf_static.handle.publish_raw(self._encode_tf(placed[2]))
 
     def publish_all(self, messages: Iterable[Message]) -> None:
         """Publish messages in their order, whether or not the node is active."""
@@ -90,6 +111,6 @@ class Publishers:
 
     def destroy(self) -> None:
         """Take all from the node."""
-        tf = [] if self._tf is None else [self._tf]
-        for publisher in (*self._outputs.values(), self._diagnostics, *tf):
-            self._node.destroy_lifecycle_publisher(publisher)
+        for publisher in (*self._outputs.values(), self._diagnostics, self._tf, self._tf_static):
+            if publisher is not None:
+                self._node.destroy_lifecycle_publisher(publisher)

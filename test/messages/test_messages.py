@@ -9,15 +9,19 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from estimates import ALARMS, SCENE, changed, estimate, messages
+from inputs import joints, wrench
+from peg_on_hole_ros.config.options import Configuration, Frames
 from peg_on_hole_ros.messages.beside_estimates import (
     STRING,
     TOPICS,
     UNSTAMPED,
+    WRENCH,
     OutputStream,
 )
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.plain import quaternion, stamp
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms
 from peg_on_hole_ros.monitor.alarm_text import PLAIN
 from peg_on_hole_ros.monitor.closed_contacts import are_closed
@@ -53,6 +57,27 @@ def test_stamp_and_frame_are_on_every_message_with_a_header():
             headers = [message["header"]] if suffix not in UNSTAMPED else []
         for header in headers:
             assert header == {"stamp": {"sec": 12, "nanosec": 34}, "frame_id": "hole"}
+
+
+def test_each_message_is_in_the_frame_that_is_stated_for_the_hole():
+    line = message_stream(Configuration(frames=Frames(hole="left_hole")))
+    said, written = [], []
+    for k in range(1, 120):
+        line.on_joints(joints(k * 1_000_000))
+        said += line.on_wrench(wrench(k * 1_000_000))
+    assert {suffix for suffix, _, _ in said} | {"cycle"} == set(TOPICS)
+    for suffix, ros_type, message in said:
+        if suffix not in UNSTAMPED:
+            made = message["markers"] if suffix == "markers" else [message]
+            assert {each["header"]["frame_id"] for each in made} == {"left_hole"}
+            written.append((suffix, Encoder(ros_type)(message)))
+    # The node's bytes are those of the same messages.
+    line, raw = message_stream(Configuration(frames=Frames(hole="left_hole"))), []
+    for k in range(1, 120):
+        line.on_joints(joints(k * 1_000_000))
+        published = line.publish_wrench(Encoder(WRENCH)(wrench(k * 1_000_000)), lambda _: None)
+        raw += published.estimate if published else []
+    assert raw == [each for each in written if each[0] in dict(raw)]
 
 
 def test_joint_states_hold_the_estimate():

@@ -11,7 +11,7 @@ from simulated import ROOT
 pytestmark = pytest.mark.xdist_group("dds_starts")
 # Opened where the settings or the installation ask for it.
 AT_TIMES = {
-    "/tf", "/clock", "/robot_description", "/parameter_events",
+    "/tf", "/tf_static", "/clock", "/robot_description", "/parameter_events",
     "/peg_on_hole/get_type_description",
 }  # fmt: skip
 

@@ -6,7 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message
+from scipy.spatial.transform import Rotation
 
 from arm import JOINTS, OPTIONS, URDF, Arm, angles
 from cli_helpers import fails
@@ -52,6 +54,26 @@ def replayed(tmp_path_factory):
         assert main([str(a) for a in arguments]) == 0
         summaries.append((list(estimates(Bag(out))), json.loads(summary.read_text())))
     return bag, counts, *summaries
+
+
+def test_the_output_has_the_place_of_the_hole_in_the_arm_s_tree(replayed):
+    robot_bag = replayed[0]
+    out = Bag(robot_bag.parent / "robot_out.mcap")
+    (row,) = out.messages(["/tf_static"])
+    (placed,) = row.message.transforms
+    assert (placed.header.frame_id, placed.child_frame_id) == ("pedestal", "hole")
+    there, turn = placed.transform.translation, placed.transform.rotation
+    assert (there.x, there.y, there.z) == OPTIONS.hole_xyz
+    turned = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w])
+    assert (turned.inv() * Rotation.from_euler("xyz", OPTIONS.hole_rpy)).magnitude() < 1e-9
+    # It holds for all that is in the bag, and is kept for who listens later.
+    assert row.log_ns == min(info.first_ns for info in out.topics.values())
+    with (robot_bag.parent / "robot_out.mcap").open("rb") as stream:
+        channels = make_reader(stream).get_summary().channels.values()
+    (kept,) = (each.metadata for each in channels if each.topic == "/tf_static")
+    assert "durability: 1" in kept["offered_qos_profiles"]
+    # The peg's own angles do not place the hole.
+    assert "/tf_static" not in Bag(robot_bag.parent / "peg_out.mcap").topics
 
 
 def test_every_joint_state_of_the_arm_is_used_and_the_grippers_are_counted(replayed):
