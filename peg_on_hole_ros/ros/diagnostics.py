@@ -60,6 +60,8 @@ class Diagnostics:
         Every message by fate up to now: what no report is to call new.
     why_silent : callable, optional
         Returns what is odd about the publishers of `wrench` or `joints`; empty: nothing is.
+    name : str
+        Of the node, with its namespace: what each entry begins with.
 
     """
 
@@ -69,7 +71,9 @@ class Diagnostics:
         output_publishers: Callable[[], int] = lambda: 1,
         counts: dict[str, int] | None = None,
         why_silent: Callable[[str], str] = lambda source: "",
+        name: str = NODE,
     ) -> None:
+        self._name = name
         self._wrench_publishers = wrench_publishers
         self._output_publishers = output_publishers
         self._why_silent = why_silent
@@ -142,6 +146,8 @@ class Diagnostics:
             output,
             _beside(self._filter(health, model, new, causes, idle), failed_looks),
         ]
+        for each in status:
+            each["name"] = f"{self._name}: {each['name']}"
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
         told += joined + unheard + self._new_causes([*causes, *failed_looks])
         self._received.clear()
@@ -266,7 +272,7 @@ def _lines(new):
 def _status(name, level, message, values):
     return {
         "level": level,
-        "name": f"{NODE}: {name}",
+        "name": name,
         "message": message,
         "hardware_id": HARDWARE_ID,
         "values": [{"key": key, "value": f"{value:.9g}"} for key, value in values.items()],

@@ -138,6 +138,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
             lambda: self.count_publishers(published),
             counts,
             partial(why_silent, self, topics),
+            self.get_fully_qualified_name().strip("/"),
         )
         self._reported_ns = time.monotonic_ns()
         inputs = (

@@ -29,6 +29,9 @@ from peg_on_hole_ros.robot.urdf_source import beside
 from peg_on_hole_ros.safe_text import printable
 from peg_on_hole_ros.startup.exit_codes import exit_code_and_text
 
+# Arguments of the launch file, which launch_ros writes to a parameters file of their own.
+BY_LAUNCH = {"use_sim_time", "autostart"}
+
 
 def declare(node: Node) -> None:
     """
@@ -240,9 +243,9 @@ def _files(arguments):
 
 
 def _names_it(part):
-    # For all nodes there may be anything; and a launch sets the clock of each by its name.
+    # For all nodes there may be anything; and a launch sets its own of each by its name.
     body = _body(part)
-    return "*" not in part.name and not (isinstance(body, dict) and set(body) == {"use_sim_time"})
+    return "*" not in part.name and not (isinstance(body, dict) and set(body) <= BY_LAUNCH)
 
 
 def _is_ours(part):

@@ -7,6 +7,7 @@ import sys
 from contextlib import contextmanager, suppress
 
 import pytest
+from lifecycle_msgs.msg import State
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -51,8 +52,7 @@ def installed(tmp_path):
 
 
 @contextmanager
-def launched(environment, **arguments):
-    file = ROOT / "launch" / "peg_on_hole.launch.py"
+def launched(environment, file=ROOT / "launch" / "peg_on_hole.launch.py", **arguments):
     words = [f"{name}:={value}" for name, value in arguments.items()]
     process = subprocess.Popen(
         [sys.executable, "-c", LAUNCH, str(file), *words],
@@ -82,8 +82,9 @@ def test_every_argument_reaches_the_node(installed, tmp_path):
     params.write_text(text.replace("peg_on_hole:", "/**:", 1), encoding="utf-8")
     peer = Peer("cell/estimator")
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    names = ["use_sim_time", "joints.tip_frame"]
+    names = ["use_sim_time", "joints.tip_frame", "autostart"]
     given = {"params": params, "name": "estimator", "namespace": "cell", "use_sim_time": "true"}
+    given["autostart"] = "true"
     try:
         publishers = [
             peer.node.create_publisher(kind, topics[name], qos)
@@ -107,6 +108,7 @@ def test_every_argument_reaches_the_node(installed, tmp_path):
     finally:
         peer.close()
     assert (values[0].bool_value, values[1].string_value) == (True, "tool0")
+    assert values[2].bool_value
     assert "active: listening to /sensor/wrench and /arm/joint_states" in text
     assert "waiting for the robot's description on /arm/robot_description" in text
 
@@ -127,3 +129,30 @@ def test_without_arguments_it_is_the_default_configuration_s_node(installed):
     finally:
         peer.close()
     assert "active: listening to /wrench and /joint_states" in text
+
+
+def test_a_node_that_is_not_to_start_itself_waits(installed):
+    peer = Peer()
+    try:
+        with launched(installed, autostart="false") as process:
+            assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
+            stop(process)
+    finally:
+        peer.close()
+
+
+def test_two_holes_are_two_nodes_of_one_launch(installed):
+    peers = [Peer(f"{hole}/peg_on_hole") for hole in ("left", "right")]
+    names = ["frames.hole", "joints.source"]
+    try:
+        with launched(installed, ROOT / "examples" / "two_holes.launch.py") as process:
+            request = GetParameters.Request(names=names)
+            found = [
+                [value.string_value for value in peer.ask("get_parameters", request).values]
+                for peer in peers
+            ]
+            stop(process)
+    finally:
+        for peer in peers:
+            peer.close()
+    assert found == [["left_hole", "robot"], ["right_hole", "robot"]]

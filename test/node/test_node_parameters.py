@@ -9,9 +9,11 @@ from rclpy.node import Node
 from dds_peer import PATIENCE, node_process
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.robot.frame_tree import frame_tree
 from peg_on_hole_ros.ros import process
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.parameters import check_files
+from simulated import ROOT
 from tiers import at_push
 
 pytestmark = pytest.mark.xdist_group("dds_starts")
@@ -254,6 +256,26 @@ def test_a_merge_that_ros_takes_for_a_name_is_told_by_both(tmp_path):
         read_parameters(path)
 
 
+@pytest.mark.parametrize("hole", ["left", "right"])
+def test_two_nodes_have_a_part_each_of_one_file(hole):
+    """What the launch file of two holes starts, read by ROS 2 itself."""
+    pytest.importorskip("pinocchio")
+    params = str(ROOT / "examples" / "two_holes.yaml")
+    arguments = ["--ros-args", "-r", f"__ns:=/{hole}", "--params-file", params]
+    process.init(arguments)
+    try:
+        node = PegOnHoleNode(arguments)
+        cell = node.configuration
+        # The description is found from the folder of the file.
+        tree = frame_tree(cell)
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    assert tree[:3] == ("base_link", f"{hole}_hole", f"peg_at_{hole}_hole")
+    assert cell.joints.hole_xyz[1] == {"left": 0.08, "right": -0.12}[hole]
+    assert cell.wrench.gravity == "compensated" and not tree.hole_line + tree.peg_line
+
+
 def test_an_empty_list_for_ros_itself_is_told_by_name(tmp_path):
     text = "peg_on_hole:\n  ros__parameters: {qos_overrides: {/wrench: {depth: []}}}\n"
     assert said("--params-file", str(file(tmp_path, text))) == (
@@ -337,9 +359,10 @@ def test_parameters_of_other_programs_are_no_matter(texts, tmp_path):
 
 # As launch_ros writes it for {"use_sim_time": ...} beside a parameters file.
 CLOCK_BY_NAME = CLOCK.replace("/**", "/peg_on_hole")
+BY_LAUNCH = CLOCK_BY_NAME.replace("true", "true, autostart: false")
 
 
-@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK], [CLOCK_BY_NAME]])
+@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK], [CLOCK_BY_NAME], [BY_LAUNCH]])
 def test_ours_under_another_name_alone_is_refused_whatever_other_files_there_are(more, tmp_path):
     arguments = files(tmp_path, *more, LEFT)
     with pytest.raises(PegOnHoleError) as caught:

@@ -142,6 +142,16 @@ def test_stamps_of_another_clock_are_told_beside_the_latency(age_s, told):
     assert report["status"][1]["message"] == "keeping up"
 
 
+def test_each_entry_begins_with_the_name_of_its_node():
+    for diagnostics, begin in (
+        (Diagnostics(), "peg_on_hole"),
+        (Diagnostics(name="left/peg_on_hole"), "left/peg_on_hole"),
+    ):
+        report, _ = diagnostics.report(0, 10**9, {}, {})
+        names = [status["name"] for status in report["status"]]
+        assert names == [f"{begin}: {part}" for part in ("input", "timing", "output", "filter")]
+
+
 def test_a_gripper_on_the_topic_of_the_joint_states_is_no_trouble():
     diagnostics, total, found = Diagnostics(), Counter(), []
     # Seconds of: both, the gripper alone, the robot alone.

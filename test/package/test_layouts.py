@@ -4,6 +4,8 @@ import json
 import re
 import runpy
 import sys
+from dataclasses import replace
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
 
@@ -11,7 +13,10 @@ import pytest
 import yaml
 
 from inputs import closing
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.config.options import Configuration, Topics
+from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.messages.beside_estimates import JOINT_STATE, TOPICS
 from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.plain import HOLE_FRAME
@@ -98,37 +103,100 @@ def test_plotjuggler_plots_series_that_come(told):
 class Made(SimpleNamespace):
     """What a class of launch was called with."""
 
+    def perform(self, context):
+        """Return what a substitution stands for: of an argument, what it was given or ''."""
+        return context.get(self.args[0], "")
+
 
 def made(name):
     return type(name, (), {"__new__": lambda cls, *a, **k: Made(kind=name, args=a, **k)})
 
 
-def test_the_launch_file_hands_every_argument_to_the_node(monkeypatch):
-    """The wheels have no launch; its classes here note with what they are called."""
+@pytest.fixture
+def described(monkeypatch):
+    """Reads a launch file. The wheels have no launch: its classes note how they are called."""
     for module, names in {
         "launch": ["LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument"],
+        "launch.actions": [
+            "DeclareLaunchArgument",
+            "GroupAction",
+            "IncludeLaunchDescription",
+            "OpaqueFunction",
+        ],
+        "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
         "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
-        "launch_ros.actions": ["LifecycleNode"],
+        "launch_ros.actions": ["LifecycleNode", "Node"],
         "launch_ros.substitutions": ["FindPackageShare"],
     }.items():
         holder = ModuleType(module)
         for name in names:
             setattr(holder, name, made(name))
         monkeypatch.setitem(sys.modules, module, holder)
-    file = runpy.run_path(str(ROOT / "launch" / "peg_on_hole.launch.py"))
-    *declared, node = file["generate_launch_description"]().args[0]
+    return lambda path: runpy.run_path(str(ROOT / path))["generate_launch_description"]().args[0]
+
+
+LAUNCH = Path("launch", "peg_on_hole.launch.py")
+SWITCHES = ("autostart", "use_sim_time")
+
+
+def test_the_launch_file_hands_every_argument_to_the_node(described):
+    *declared, then = described(LAUNCH)
     names = [argument.args[0] for argument in declared]
-    assert names[:4] == ["params", "name", "namespace", "use_sim_time"]
+    assert names[:5] == ["params", "name", "namespace", *SWITCHES]
     assert all(argument.description for argument in declared)
+    (node,) = then.function({})
     assert (node.name.args, node.namespace.args) == (("name",), ("namespace",))
-    params, clock = node.parameters
-    assert params.args == ("params",) and clock["use_sim_time"].args == ("use_sim_time",)
+    # What is not given is as the parameters file has it.
+    (params,) = node.parameters
+    assert params.args == ("params",)
+    for given in ({"autostart": "false"}, {"use_sim_time": "true", "autostart": "true"}):
+        (node,) = then.function(given)
+        params, stated = node.parameters
+        assert params.args == ("params",)
+        assert {name: value.args for name, value in stated.items()} == {
+            name: (name,) for name in given
+        }
     remapped = {topic: found.args[0] for topic, found in node.remappings}
     # The names that the node reads unless told otherwise.
     assert set(remapped) == set(vars(Topics()).values())
-    assert set(names[4:]) == set(remapped.values())
-    assert {d.args[0]: d.default_value for d in declared[4:]} == {
+    assert set(names[5:]) == set(remapped.values())
+    assert {d.args[0]: d.default_value for d in declared[5:]} == {
         name: topic for topic, name in remapped.items()
     }
     assert (ROOT / "config" / declared[0].default_value.args[0][-1]).exists()
+    assert [d.default_value for d in declared[3:5]] == ["", ""]
+
+
+def included(action):
+    """Return what an included launch file is given, which has to be this package's."""
+    (source,) = action.args
+    package, *path = source.args[0].args[0]
+    assert (package.args, Path(*path)) == (("peg_on_hole_ros",), LAUNCH)
+    return dict(action.launch_arguments)
+
+
+def test_a_managed_node_waits_for_its_manager(described):
+    include, manager = described("examples/managed.launch.py")
+    assert included(include) == {"autostart": "false"}
+    (parameters,) = manager.parameters
+    assert (manager.package, manager.executable) == ("nav2_lifecycle_manager", "lifecycle_manager")
+    assert parameters["node_names"] == [NODE] and parameters["autostart"] is True
+    # Without a bond a manager that waits for one would take the node down.
+    assert parameters["bond_timeout"] == 0.0
+
+
+def test_two_holes_are_two_nodes_with_frames_of_their_own(described):
+    groups = described("examples/two_holes.launch.py")
+    given = [included(action) for group in groups for action in group.args[0]]
+    cells = []
+    for arguments in given:
+        assert set(arguments) == {"namespace", "params"}
+        name = f"/{arguments['namespace']}/{NODE}"
+        cells.append(from_parameters(read_parameters(Path(arguments["params"]), name)))
+    left, right = cells
+    # They share all but where the hole is, and the names of its frames.
+    joints = replace(left.joints, hole_xyz=right.joints.hole_xyz)
+    assert left.joints.hole_xyz != right.joints.hole_xyz
+    assert replace(left, frames=right.frames, joints=joints) == right
+    names = [name for cell in cells for name in (cell.frames.hole, cell.frames.peg)]
+    assert len(set(names)) == 4
