@@ -12,7 +12,13 @@ from dataclasses import fields
 from math import isfinite, radians
 from typing import Any
 
-from peg_on_hole_ros.config.options import Configuration, Frames, NodeOptions, Topics
+from peg_on_hole_ros.config.options import (
+    Configuration,
+    Frames,
+    JointInput,
+    NodeOptions,
+    Topics,
+)
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
 from peg_on_hole_ros.errors import PegOnHoleError, wrong_prefix_remedy
 from peg_on_hole_ros.safe_text import MOST_SHOWN, cut, printable, shown
@@ -267,6 +273,7 @@ def half_stated_zero(configuration: Configuration) -> str:
 
 def _check_together(configuration):
     joints, monitor = configuration.joints, configuration.monitor
+    usual = JointInput().hole_xyz_stddev
     if len(set(joints.names)) != len(joints.names):
         raise PegOnHoleError(f"joints.names = {list(joints.names)} names a joint twice")
     if joints.source == "peg" and len(joints.names) != 3:
@@ -274,7 +281,7 @@ def _check_together(configuration):
             f"joints.names = {list(joints.names)} has {len(joints.names)} names; "
             "joints.source peg needs 3, in the order gamma, psi, phi"
         )
-    if joints.source != "robot" and joints.hole_xyz_stddev:
+    if joints.source != "robot" and joints.hole_xyz_stddev not in (0.0, usual):
         raise PegOnHoleError(
             f"joints.hole_xyz_stddev = {joints.hole_xyz_stddev:g} m needs joints.source robot, "
             f"which is {joints.source!r}: the peg's own angles do not tell where it is; set it "

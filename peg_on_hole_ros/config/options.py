@@ -71,7 +71,7 @@ class JointInput:
     peg_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    hole_xyz_stddev: float = 0.0
+    hole_xyz_stddev: float = 1.0e-3
     hole_tilt_stddev: float = 0.0
     gravity_link: str = ""
     # Text of the URDF, where it is at hand: then no file is read. No parameter.
@@ -80,6 +80,17 @@ class JointInput:
     described_by: str = ""
     # Gravity by the robot's description, hole axes [m/s^2]; None: it is not known. No parameter.
     robot_gravity: tuple[float, float, float] | None = None
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether it is stated where the hole is: one at the origin nobody has placed."""
+        return any(self.hole_xyz)
+
+    @property
+    def place_stddev(self) -> float | None:
+        """How well the robot knows where the peg is in the hole [m]; None: it does not."""
+        stated = self.source == "robot" and self.is_placed and self.hole_xyz_stddev > 0.0
+        return self.hole_xyz_stddev if stated else None
 
 
 @dataclass(frozen=True)

@@ -298,8 +298,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints(
         "hole_xyz_stddev",
-        "how well hole_xyz is known, with the robot's calibration, each coordinate; above 0 where "
-        "the peg is counts in three_point_validity; 0: not known, and not used",
+        "how well hole_xyz is known, with the robot's calibration, each coordinate: where the peg "
+        "is counts in the contact mode; 0, or hole_xyz all 0: not known, and not used",
         "m",
         0.0,
         0.1,

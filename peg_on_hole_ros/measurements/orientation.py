@@ -191,7 +191,7 @@ class _Mounting(NamedTuple):
 
 class RobotJoints(JointOrientation):
     """
-    A robot's joints as orientation and, where hole_xyz_stddev is stated, place of the peg.
+    A robot's joints as orientation and, where hole_xyz is stated, place of the peg.
 
     The covariance is that of independent errors of position_stddev in every joint.
     `outside_joint_limits` is one beyond its limits; `pointing_away`: the peg's lower end does not
@@ -217,7 +217,7 @@ class RobotJoints(JointOrientation):
             np.array(options.hole_xyz, float),
             np.array(options.peg_xyz, float),
         )
-        self._hole_variance = float(options.hole_xyz_stddev**2)
+        self._hole_variance = float((options.place_stddev or 0.0) ** 2)
 
     def _fill(self, positions: np.ndarray, outcome: np.ndarray, rows: np.ndarray) -> None:
         within = ((positions >= self._lower) & (positions <= self._upper)).all(axis=1)

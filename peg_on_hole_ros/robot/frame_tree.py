@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
@@ -43,8 +43,7 @@ def frame_tree(configuration: Configuration) -> FrameTree:
     """
     Return the frames of peg and hole.
 
-    The hole's place is known where `joints.hole_xyz` is stated (another than the default, or
-    with a standard deviation), in the root link of the robot's description, or in a frame that
+    The hole's place is known where `joints.hole_xyz` is stated, in the root link of the robot's description, or in a frame that
     `frames.base` names. A name that is a link of the robot has a parent already, whose publisher
     is the robot's.
 
@@ -61,7 +60,7 @@ def frame_tree(configuration: Configuration) -> FrameTree:
         return nowhere
     links, root = _links(joints)
     line = _why_not(configuration, links, root)
-    known = not line and _is_placed(joints)
+    known = not line and joints.is_placed
     taken = frames.peg in links
     return nowhere._replace(
         base=(frames.base or root) if known else "",
@@ -69,10 +68,6 @@ def frame_tree(configuration: Configuration) -> FrameTree:
         hole_line=line,
         peg_line=_taken("peg", frames.peg, joints) if taken else "",
     )
-
-
-def _is_placed(joints: JointInput) -> bool:
-    return joints.hole_xyz != JointInput().hole_xyz or joints.hole_xyz_stddev > 0.0
 
 
 def _why_not(configuration, links, root):

@@ -1,5 +1,6 @@
 """Where the peg is, as a robot's joints tell it, against where three contacts would have it."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from arm import BENT, JOINTS, OPTIONS, Arm, options, peg_rotation
 from peg_on_hole_ros.config.configuration import Configuration, from_parameters
+from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.orientation import PegJoints, RobotJoints
@@ -196,6 +198,14 @@ def test_place_and_its_covariance_are_those_of_joints_with_noise():
 
 
 def test_a_place_is_asked_of_a_robot_only():
-    with pytest.raises(PegOnHoleError, match="hole_xyz_stddev = 0.001 m needs joints.source rob"):
-        from_parameters({"joints.hole_xyz_stddev": 0.001})
-    assert Configuration().joints.hole_xyz_stddev == 0.0
+    with pytest.raises(PegOnHoleError, match="hole_xyz_stddev = 0.002 m needs joints.source rob"):
+        from_parameters({"joints.hole_xyz_stddev": 0.002})
+
+
+def test_a_place_is_used_where_it_is_stated_and_nowhere_else():
+    """A hole at the origin of the root link is one that nobody has placed."""
+    robot = replace(JointInput(), source="robot", hole_xyz=(0.5, 0.0, 0.1))
+    assert robot.place_stddev == 1e-3
+    assert replace(robot, hole_xyz_stddev=0.0).place_stddev is None
+    assert replace(robot, hole_xyz=(0.0, 0.0, 0.0)).place_stddev is None
+    assert JointInput().place_stddev is None
