@@ -43,9 +43,9 @@ def frame_tree(configuration: Configuration) -> FrameTree:
     """
     Return the frames of peg and hole.
 
-    The hole's place is known where `joints.hole_xyz` is stated, in the root link of the robot's description, or in a frame that
-    `frames.base` names. A name that is a link of the robot has a parent already, whose publisher
-    is the robot's.
+    The hole's place is known where `joints.hole_xyz` is stated, in the root link of the robot's
+    description, or in a frame that `frames.base` names. A name that is a link of the robot has a
+    parent already, whose publisher is the robot's.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def frame_tree(configuration: Configuration) -> FrameTree:
 def _why_not(configuration, links, root):
     """Return why the hole's place cannot be published; empty: it can, or is not stated."""
     joints, frames = configuration.joints, configuration.frames
-    if not _is_placed(joints):
+    if not joints.is_placed:
         return (
             f"frames.base: the place of {shown(frames.hole)} in {shown(frames.base)} is not "
             "published, as joints.hole_xyz is not stated"

@@ -22,7 +22,7 @@ def test_the_hole_hangs_at_the_root_link_where_its_place_is_stated():
     found = tree()
     assert found == ("pedestal", "hole", "peg", OPTIONS.hole_xyz, OPTIONS.hole_rpy, "", "")
     assert tree(hole_xyz=NOWHERE)[:3] == ("", "hole", "peg")
-    # At the root link's origin, which is stated by how well it is known.
+    # However well the origin of the root link is known, nobody has put a hole there.
     assert tree(hole_xyz=NOWHERE, hole_xyz_stddev=2e-3).base == ""
     # As with a prefix that the robot's own publisher adds.
     assert tree(Frames(base="left/pedestal")).base == "left/pedestal"
