@@ -189,7 +189,13 @@ class Row(Record):
         float, _monitor("N", "how far the load is from jamming by Whitney's diagram", _NOT_IN_HOLE)
     ]
     insertion_depth: Annotated[
-        float, _monitor("m", "depth of the centre of the peg's lower end", _NOT_ON_TWO)
+        float,
+        _monitor(
+            "m",
+            "depth of the centre of the peg's lower end; with chamfers the shoulder's, below the "
+            "throat",
+            _NOT_ON_TWO,
+        ),
     ]
     insertion_depth_stddev: Annotated[
         float, _monitor("m", "standard deviation of `insertion_depth`", _NOT_ON_TWO)

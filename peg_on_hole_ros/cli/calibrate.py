@@ -109,7 +109,7 @@ def read_recording(
     """
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
-    orientation = orientation_of(configuration.joints)
+    orientation = orientation_of(configuration)
     wrenches, measurements = [], []
     left_out = Counter() if left_out is None else left_out
     total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))

@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         configuration, orientation, error = _stored(bag, configuration, reading)
     else:
         # A file that cannot be used is refused; of what the bag lacks all else is told.
-        orientation = orientation_of(configuration.joints)
+        orientation = orientation_of(configuration)
         configuration, orientation, error = _whole(
             bag, reading.of_topics(configuration), orientation
         )
@@ -62,7 +62,7 @@ def _stored(bag, default, reading):
     try:
         found = configuration_in(bag, reading.any_urdf)
         configuration = reading.of_topics(found or default)
-        orientation = orientation_of(configuration.joints)
+        orientation = orientation_of(configuration)
     except PegOnHoleError as error:
         # All else that the bag holds is told nevertheless.
         return configuration, _Unplaced(configuration.joints.names), error
@@ -76,7 +76,7 @@ def _whole(bag, configuration, orientation):
         if line:
             print_line(line)
         if whole.joints != configuration.joints:
-            orientation = orientation_of(whole.joints)
+            orientation = orientation_of(whole)
         return whole, orientation, None
     except PegOnHoleError as error:
         return configuration, _Unplaced(configuration.joints.names), error

@@ -60,7 +60,7 @@ def _orientation(bag, configuration):
     info = bag.topics.get(topic)
     if info is None or info.types not in ([JOINTS_TYPE], [""]):
         return None
-    orientation, joints = orientation_of(configuration.joints), configuration.joints
+    orientation, joints = orientation_of(configuration), configuration.joints
     with ProgressBar("decoding") as progress:
         measured = []
         for count, item in enumerate(bag.items({topic: JOINTS_TYPE}, joints.names)):

@@ -115,12 +115,25 @@ def _plan(name, *rest, **more):
 
 
 PARAMETERS: tuple[Parameter, ...] = (
-    _scene("hole_diameter", "D; D - d sets every lever: measure it"),
-    _scene("peg_diameter", "d, below D; 2 um wrong already biases N_K"),
-    _scene("peg_height", "H, sets mass centre and inertia unless given"),
+    _scene(
+        "hole_diameter",
+        "D, of the bore and not of its chamfer; D - d sets every lever: measure it",
+    ),
+    _scene(
+        "peg_diameter",
+        "d, of the shank and not of its chamfer, below D; 2 um wrong already biases N_K",
+    ),
+    _scene(
+        "peg_height",
+        "H, from the shoulder where it has a chamfer; sets mass centre and inertia unless given",
+    ),
     _scene("peg_mass", "m, with all that is rigid with the peg below the sensor"),
     _scene("friction", "Coulomb coefficient f at all contacts"),
-    _scene("mass_center_height", "mass centre above the lower end face; 0: half the height"),
+    _scene(
+        "mass_center_height",
+        "mass centre above the lower end face, or above the shoulder of a chamfer; 0: half the "
+        "height",
+    ),
     _scene("transverse_inertia", "Ie about the mass centre; 0: solid cylinder"),
     _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder"),
     _scene(
@@ -141,6 +154,16 @@ PARAMETERS: tuple[Parameter, ...] = (
     _scene(
         "compliance_stddev",
         "how much of the clearance a newton of load may take; 0: rigid contacts",
+    ),
+    _scene(
+        "hole_chamfer",
+        "height of the hole's chamfer along its axis: joints.hole_xyz is on the outer face, and "
+        "bore and hole frame begin so far below; 0: sharp, or hole_xyz is where the bore begins",
+    ),
+    _scene(
+        "peg_chamfer",
+        "height of the peg's chamfer along its axis: joints.peg_xyz is its outermost end, and "
+        "shank and peg frame begin so far above; 0: sharp, or peg_xyz is where the shank begins",
     ),
     _wrench(
         "acts_on",
@@ -172,7 +195,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         "there is one, and what else is stated is an error; or as stated, whatever frame_id is",
         choices=("frame_id", "stated"),
     ),
-    _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
+    _wrench(
+        "sensor_xyz",
+        "sensor origin in the peg frame, see scene.peg_chamfer; sets the levers",
+        "m",
+        -10.0,
+        10.0,
+    ),
     _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _wrench(
         "force_stddev",
@@ -277,13 +306,18 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
     _joints(
-        "peg_xyz", "peg frame in the tip frame; the angles need its axes only", "m", -10.0, 10.0
+        "peg_xyz",
+        "the peg's outermost end in the tip frame, see scene.peg_chamfer; the angles need its "
+        "axes only",
+        "m",
+        -10.0,
+        10.0,
     ),
     _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _joints(
         "hole_xyz",
-        "hole frame in the URDF's root link, as on /tf_static where it is stated; the angles need "
-        "its axes only",
+        "centre of the hole in its outer face, in the URDF's root link, see scene.hole_chamfer; as "
+        "on /tf_static where it is stated; the angles need its axes only",
         "m",
         -100.0,
         100.0,

@@ -201,7 +201,7 @@ def record_orientation(
         foreseen = result == USED
         assessment.take_orientation(memory, rules.monitor, d.t_ns, e.q, e.R, foreseen)
         if orientation[PLACE.start] == orientation[PLACE.start]:
-            _note_place(e, orientation)
+            _note_place(e, orientation, rules.monitor.around)
     if result >= RESET:
         e.counts.filter_restarted += 1
         restart_mode(e, rules)
@@ -218,13 +218,20 @@ def restart_mode(e: EngineState, rules: Rules) -> None:
 
 
 @compiled
-def _note_place(e, orientation):
+def _note_place(e, orientation, around):
     estimate, place = e.filter[0].record, e.memory.place
     scene = estimate.scene
     R = orientation[3:12].reshape(3, 3)
     S = orientation[PLACE_R].reshape(3, 3)
     found = misfit(
-        orientation[Q], R, orientation[PLACE], S, scene.d, scene.D, estimate.diameter_variance
+        orientation[Q],
+        R,
+        orientation[PLACE],
+        S,
+        scene.d,
+        scene.D,
+        estimate.diameter_variance,
+        around,
     )
     take_place(place, found)
 

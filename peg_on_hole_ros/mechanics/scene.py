@@ -24,6 +24,8 @@ RANGES = {
     "clearance_drift": (0.0, 0.01, "m/s^0.5"),
     "friction_k_stddev": (0.0, 1.0, ""),
     "compliance_stddev": (0.0, 1e-5, "m/N"),
+    "hole_chamfer": (0.0, 0.1, "m"),
+    "peg_chamfer": (0.0, 0.1, "m"),
 }
 
 
@@ -31,6 +33,9 @@ RANGES = {
 class Scene:
     """
     Peg, hole and gravity. Zero for an inertia or a centre height means a solid cylinder's.
+
+    Diameters are those of bore and shank. Where the parts have chamfers, heights count from the
+    shoulder, where the shank begins, and the rim is the throat, where the bore does.
 
     Attributes
     ----------
@@ -41,7 +46,7 @@ class Scene:
     friction : float
         Coulomb coefficient f, 0 <= f <= 2.
     mass_center_height : float
-        Of the mass centre above the lower end face [m].
+        Of the mass centre above the lower end face, or the shoulder [m].
     transverse_inertia, axial_inertia : float
         Ie, Iz about the mass centre [kg m^2].
     gravity : tuple of 3 float
@@ -56,6 +61,10 @@ class Scene:
         By which friction at K may differ from f; 0: one friction.
     compliance_stddev : float
         By how much a load may take from the effective clearance [m/N]; 0: rigid.
+    hole_chamfer, peg_chamfer : float
+        Heights of the chamfers along their axes [m]: how far the throat is below the outer face,
+        and the shoulder above the outermost end; 0: sharp. No contact depends on them
+        (docs/mechanics.md, "Chamfers"), but where peg and hole are stated does.
 
     """
 
@@ -73,6 +82,8 @@ class Scene:
     clearance_drift: float = 0.0
     friction_k_stddev: float = 0.0
     compliance_stddev: float = 0.0
+    hole_chamfer: float = 0.0
+    peg_chamfer: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""
@@ -86,6 +97,14 @@ class Scene:
                 f"{self.hole_diameter:g} m: a peg rests on three points of a rim only if it is "
                 "thinner than the hole; check whether the two are exchanged"
             )
+        for part in ("hole", "peg"):
+            height, diameter = getattr(self, f"{part}_chamfer"), getattr(self, f"{part}_diameter")
+            if height >= diameter:
+                raise PegOnHoleError(
+                    f"scene.{part}_chamfer = {height:g} m is not below scene.{part}_diameter = "
+                    f"{diameter:g} m: it is the height of the chamfer's cone along the axis, "
+                    "mostly tenths of a millimetre; 0.0 where there is none"
+                )
         if not self.mass_center_height:
             object.__setattr__(self, "mass_center_height", self.peg_height / 2)
         radius2 = (self.peg_diameter / 2) ** 2

@@ -13,13 +13,14 @@ from peg_on_hole_ros.config.configuration import (
     node_options,
     to_parameters,
 )
-from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.guarded_looks import GuardedLook
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
+from peg_on_hole_ros.measurements.edges import at_edges
 from peg_on_hole_ros.measurements.orientation import (
     JointOrientation,
     PegJoints,
@@ -232,7 +233,7 @@ class MessageStream:
 
         """
         configuration = with_description(self.pipeline.configuration, text)
-        self.pipeline.use_robot_description(configuration, orientation_of(configuration.joints))
+        self.pipeline.use_robot_description(configuration, orientation_of(configuration))
         self._possible(lambda look: look.take(configuration), None)
 
     def finish(self) -> list[Message]:
@@ -323,7 +324,7 @@ class MessageStream:
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
-        self.pipeline.retune(configuration, orientation_of(configuration.joints))
+        self.pipeline.retune(configuration, orientation_of(configuration))
         self._possible(lambda look: look.take(configuration), None)
         self._outputs.set_markers_rate(node.markers_rate)
         return Answer(
@@ -358,11 +359,11 @@ def message_stream(
 
     """
     configuration = described(configuration)
-    pipeline = Pipeline(configuration, orientation_of(configuration.joints), make, offline)
+    pipeline = Pipeline(configuration, orientation_of(configuration), make, offline)
     return MessageStream(configuration, pipeline, markers_rate)
 
 
-def orientation_of(joints: JointInput) -> JointOrientation:
+def orientation_of(configuration: Configuration) -> JointOrientation:
     """
     Return what makes an AngleMeasurement of a joint state, or the reason why there is none.
 
@@ -372,10 +373,11 @@ def orientation_of(joints: JointInput) -> JointOrientation:
         A URDF that cannot be used.
 
     """
+    joints = configuration.joints
     if awaited(joints):
         return UndescribedRobot(joints.names)
     if joints.source == "robot":
         from peg_on_hole_ros.robot.kinematics import orientation_source  # pinocchio is an extra
 
-        return orientation_source(joints)
+        return orientation_source(at_edges(joints, configuration.scene))
     return PegJoints(joints)

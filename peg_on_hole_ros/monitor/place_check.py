@@ -106,6 +106,7 @@ def misfit(
     d: float,
     D: float,
     diameter_variance: float,
+    around: float,
 ) -> Misfit:
     """
     Compare a measured place with that of contacts at the measured angles.
@@ -124,6 +125,8 @@ def misfit(
         Diameters [m].
     diameter_variance : float
         Of d [m^2].
+    around : float
+        What may be there beside the hole is no higher than this [m].
 
     Returns
     -------
@@ -138,7 +141,7 @@ def misfit(
     gamma, psi = q[0], q[1]
     spread_z = sqrt(position_covariance[2, 2])
     lowest = position[2] - 0.5 * d * fabs(sin(gamma))
-    reach = normal_cdf((PLACE_CHECK.around - lowest) / spread_z)
+    reach = normal_cdf((around - lowest) / spread_z)
     if cos(gamma) > d / D:
         residual = position - place_inside(d, D, gamma, position)
         deep = position[2] < -PLACE_CHECK.sure * spread_z

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.tuned import TRANSITION_FLAG
+from peg_on_hole_ros.monitor.tuned import PLACE_CHECK, TRANSITION_FLAG
 from peg_on_hole_ros.typed_record import Floats, Record, Vector3, dtype_of, new
 
 
@@ -22,6 +22,9 @@ class MonitorSettings(Record):
         Standard deviation of a force that the rim carries, by the noise of a wrench [N].
     peg_diameter, hole_diameter, peg_height : float
         As stated [m].
+    around : float
+        What stands around the hole may be higher than the throat by so much, with the peg's
+        chamfer below its shoulder [m].
 
     """
 
@@ -52,6 +55,7 @@ class MonitorSettings(Record):
     peg_diameter: float
     hole_diameter: float
     peg_height: float
+    around: float
 
 
 def monitor_settings(
@@ -66,6 +70,7 @@ def monitor_settings(
     settings.force_stddev = force_stddev
     settings.peg_diameter, settings.hole_diameter = scene.peg_diameter, scene.hole_diameter
     settings.peg_height = scene.peg_height
+    settings.around = PLACE_CHECK.around + scene.hole_chamfer + scene.peg_chamfer
     return settings
 
 

@@ -69,7 +69,7 @@ def _with_topic(bag, configuration):
             continue
         try:
             found = with_description(configuration, text)
-            orientation_of(found.joints)
+            orientation_of(found)
             return found
         except PegOnHoleError as error:
             refused[text] = str(error)

@@ -245,7 +245,7 @@ def replay_bag(
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
     configuration = completed_settings(bag, configuration).configuration
-    orientation_of(configuration.joints)
+    orientation_of(configuration)
     warm(configuration)
     stream = message_stream(
         configuration, markers_rate, _maker(configuration, smoothed is not None), offline=True

@@ -60,7 +60,7 @@ class Inputs:
 
     def __init__(self, configuration: Configuration, tracks: Tracks) -> None:
         self._tracks = tracks
-        self._orientation = orientation_of(configuration.joints)
+        self._orientation = orientation_of(configuration)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._rows = {
             "wrench": ThinnedRows(len(WRENCH_COMPONENTS)),

@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.measurements.edges import at_edges
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
@@ -56,7 +57,7 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
         return Mounting(wrench, "")
     stated = [name for name in ("sensor_xyz", "sensor_rpy") if is_stated(wrench, name)]
     by_link = wrench.axes != "sensor" and wrench.base_rpy is None
-    pose = _on_peg(joints, frame)
+    pose = _on_peg(at_edges(joints, configuration.scene), frame)
     if isinstance(pose, str):
         told = f"{pose}; the sensor is taken to sit at {_mounting_text(wrench)}"
         return Mounting(wrench, "" if stated or not pose else told)

@@ -70,7 +70,7 @@ def test_values_reach_their_fields_and_come_back():
             {"scene.hole_diamter": 0.05},
             (
                 "unknown parameter 'scene.hole_diamter'; the nearest are: scene.hole_diameter, "
-                "scene.peg_diameter"
+                "scene.peg_diameter, scene.hole_chamfer"
             ),
         ),
         (

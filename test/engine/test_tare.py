@@ -99,7 +99,7 @@ def test_a_zero_is_taken_as_far_off_as_is_stated_and_else_the_answer_says_what_t
 
 def reset_after(seconds, then, configuration, name, joints_until=99.0):
     """A pipeline that is reset so long after a bag's begin, after so many wrenches more."""
-    line = Pipeline(configuration, orientation_of(configuration.joints))
+    line = Pipeline(configuration, orientation_of(configuration))
     recorded = samples(ROOT / "bags" / f"{name}.mcap", seconds - 0.3, seconds + 2.0)
     begin_ns = recorded[0].t_ns + 300 * MS
     left, waits = then, True

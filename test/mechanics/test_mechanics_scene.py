@@ -21,6 +21,10 @@ from peg_on_hole_ros.mechanics.scene import Scene
         ({"peg_mass": float("inf")}, r"peg_mass = inf kg is not within"),
         ({"peg_mass": 0.0}, r"peg_mass = 0.0 kg is not within"),
         ({"peg_height": "70 mm"}, r"peg_height = 70 mm m is not within"),
+        ({"peg_chamfer": -1e-4}, r"peg_chamfer = -0.0001 m is not within 0 to 0.1 m$"),
+        ({"hole_chamfer": 5.0}, r"5.0 m is not within 0 to 0.1 m; 0.005 m would be: the units"),
+        ({"hole_chamfer": 0.05}, r"is not below scene.hole_diameter = 0.05 m: it is the height"),
+        ({"peg_chamfer": 0.0499}, r"below scene.peg_diameter = 0.0499 m.* 0.0 where there is non"),
         ({"axial_inertia": -1e-4}, r"axial_inertia = -0.0001 kg m\^2 is not within"),
     ],
 )

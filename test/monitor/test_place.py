@@ -15,7 +15,7 @@ from peg_on_hole_ros.measurements.orientation import PegJoints, RobotJoints
 from peg_on_hole_ros.measurements.screws import TipPoses
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.place_check import misfit, touching_place
-from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS
+from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, PLACE_CHECK
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import integrate
@@ -37,7 +37,7 @@ def measured(q, position, stddev=1e-4, angle_stddev=1e-5):
 
 
 def held_against(seen, diameter_variance=0.0):
-    return misfit(*seen[1:], *VALUES, diameter_variance)
+    return misfit(*seen[1:], *VALUES, diameter_variance, PLACE_CHECK.around)
 
 
 def test_touching_place_is_that_of_the_simulated_peg():

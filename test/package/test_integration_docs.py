@@ -123,12 +123,14 @@ def test_parameters_that_are_named_exist():
     assert named <= names
 
 
-def test_frames_are_drawn(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "told"), [("frames", "z of sensor"), ("chamfers", "peg_chamfer")]
+)
+def test_frames_and_chamfers_are_drawn(tmp_path, name, told):
     pytest.importorskip("matplotlib")
-    path = ROOT / "docs" / "figures" / "frames.py"
-    frames = loaded(path)
-    drawn = frames.draw(tmp_path).read_text(encoding="utf-8")
+    path = ROOT / "docs" / "figures" / f"{name}.py"
+    drawn = loaded(path).draw(tmp_path).read_text(encoding="utf-8")
     committed = path.with_suffix(".svg").read_text(encoding="utf-8")
     texts = re.compile(r"<text[^>]*>([^<]+)</text>")
     assert texts.findall(drawn) == texts.findall(committed)
-    assert "z of sensor" in texts.findall(drawn)
+    assert told in texts.findall(drawn)

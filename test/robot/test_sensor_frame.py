@@ -55,6 +55,16 @@ def test_pose_of_a_link_that_is_rigid_with_the_tip(link):
     assert again == (found.wrench, "")
 
 
+def test_of_a_chamfered_peg_the_sensors_place_counts_from_the_shoulder():
+    """What the URDF has of sensor and tip stays; the shoulder is nearer to the sensor."""
+    sharp = configuration()
+    chamfered = replace(sharp, scene=replace(sharp.scene, peg_chamfer=4e-4, hole_chamfer=7e-4))
+    found, before = (
+        np.array(mounting(c, "ft_sensor").wrench.sensor_xyz) for c in (chamfered, sharp)
+    )
+    assert before - found == pytest.approx([0.0, 0.0, 4e-4], abs=1e-9)
+
+
 def test_what_is_stated_and_contradicts_is_an_error_unless_it_is_meant():
     xyz = tuple(expected("ft_sensor")[0] + [0.0, 0.0, 2e-3])
     with pytest.raises(PegOnHoleError) as error:
