@@ -21,7 +21,7 @@ def at_edges(joints: JointInput, scene: Scene) -> JointInput:
         shoulder = np.array(joints.peg_xyz)
         shoulder += scene.peg_chamfer * rotation_from_rpy(joints.peg_rpy)[:, 2]
         joints = replace(joints, peg_xyz=tuple(shoulder.tolist()))
-    if scene.hole_chamfer:
+    if scene.hole_chamfer and joints.is_placed:
         throat = np.array(joints.hole_xyz)
         throat -= scene.hole_chamfer * rotation_from_rpy(joints.hole_rpy)[:, 2]
         joints = replace(joints, hole_xyz=tuple(throat.tolist()))
