@@ -325,7 +325,7 @@ class RimMotionTest(NamedTuple):
     least_larger : float
         The same of the logarithm of the clearance over the stated one [nats].
     most_larger : float
-        And of its most [nats].
+        And of its most [nats]: diameters of chamfers of 1 mm make 4.2 mm of 0.2 mm.
     steps : int
         Steps of the fit, and shortenings of each [steps].
     small : float
@@ -344,7 +344,7 @@ class RimMotionTest(NamedTuple):
     least_lean: float = 0.07
     most_lean: float = 1.0
     least_larger: float = 0.35
-    most_larger: float = 2.3
+    most_larger: float = 4.0
     steps: int = 8
     small: float = 1e-4
 

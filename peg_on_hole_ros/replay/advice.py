@@ -68,7 +68,8 @@ _UNKNOWN = (
 )
 _NEVER_THREE_POINT = (
     "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = {:.4g} "
-    "rad: if the peg rested on the rim, check hole_diameter - peg_diameter and joints.hole_rpy"
+    "rad: if the peg rested on the rim, check hole_diameter - peg_diameter (of bore and shank, "
+    "not of chamfers) and joints.hole_rpy"
 )
 # So many times less than is stated, at least, is the noise of a wrench in another unit.
 _OTHER_UNIT = 100.0

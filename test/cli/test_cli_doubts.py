@@ -289,8 +289,8 @@ def test_a_peg_that_never_was_on_three_contacts_is_told(sliding, tmp_path, capsy
     assert main(["replay", str(sliding), "--config", str(narrow)]) == 0
     assert (
         "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = "
-        "0.2101 rad: if the peg rested on the rim, check hole_diameter - peg_diameter and "
-        "joints.hole_rpy"
+        "0.2101 rad: if the peg rested on the rim, check hole_diameter - peg_diameter (of "
+        "bore and shank, not of chamfers) and joints.hole_rpy"
     ) in capsys.readouterr().out.splitlines()
 
 

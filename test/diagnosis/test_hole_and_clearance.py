@@ -27,15 +27,24 @@ def cell(name):
     return Bag(ROOT / "bags" / f"cell_{name}.mcap"), replace(configuration, joints=joints)
 
 
-def hints(name, turn=None, clearance=1.0):
-    """Return what is said where the hole is stated turned, or with so many times its clearance."""
+def hints(name, turn=None, clearance=1.0, chamfers=(0.0, 0.0)):
+    """
+    Return what is said where something is stated wrongly.
+
+    The hole is turned, has so many times its clearance, or hole and peg have the diameters of
+    chamfers of such widths [m].
+    """
     bag, configuration = cell(name)
     joints, scene = configuration.joints, configuration.scene
     if turn is not None:
         stated = Rotation.from_euler("xyz", joints.hole_rpy) * turn
         joints = replace(joints, hole_rpy=tuple(stated.as_euler("xyz").tolist()))
     D = scene.hole_diameter
-    scene = replace(scene, peg_diameter=D - clearance * (D - scene.peg_diameter))
+    scene = replace(
+        scene,
+        peg_diameter=D - clearance * (D - scene.peg_diameter) - 2 * chamfers[1],
+        hole_diameter=D + 2 * chamfers[0],
+    )
     stated = replace(configuration, joints=joints, scene=scene)
     replayed = replay_bag(bag, stated, 0.0, [])
     # Either bends the reactions by far.
@@ -81,3 +90,27 @@ def test_a_clearance_that_is_off_by_a_factor_is_named(count):
             size = float(said[0].split("peg_diameter of ")[1].split(" mm")[0])
             right += abs(size - 0.2) < 0.05
     assert right >= 0.9 * count
+
+
+WIDTHS = {
+    "hole": (3e-4, 0.0),
+    "peg": (0.0, 5e-4),
+    "both": (3e-4, 5e-4),
+    "wide": (1e-3, 1e-3),
+}
+
+
+@pytest.mark.parametrize("name", at_push(["ur_like"], ["ur_like", "iiwa_like"]))
+@pytest.mark.parametrize("widths", at_push(["wide"], list(WIDTHS)))
+def test_diameters_of_chamfers_are_named(name, widths):
+    """0.2 mm of clearance, stated as 0.8 to 4.2 mm: the path tells it, and what may be meant."""
+    said = hints(name, chamfers=WIDTHS[widths])
+    assert said[0].startswith("scene: with hole_diameter - peg_diameter of ")
+    assert said[0].endswith("those of chamfers? They have to be of bore and shank")
+    # As in the test above, by another diameter, too.
+    size = float(said[0].split("peg_diameter of ")[1].split(" mm")[0])
+    assert size == pytest.approx(0.2, abs=0.05)
+
+
+def test_too_small_a_clearance_is_not_one_of_chamfers():
+    assert "chamfers" not in hints("ur_like", clearance=0.4)[0]

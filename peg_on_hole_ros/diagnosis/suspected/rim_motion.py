@@ -12,6 +12,8 @@ from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
+_OF_CHAMFERS = "; are the stated diameters those of chamfers? They have to be of bore and shank"
+
 
 class RimMotion(Suspect):
     """
@@ -32,7 +34,11 @@ class RimMotion(Suspect):
             "`joints.hole_rpy`: the hole leans by 4 to 57 degrees from where it is stated",
             "a second on the rim in which the tilt changes, with `joints.hole_xyz_stddev` stated",
         ),
-        ("`hole_diameter - peg_diameter` off by a factor of 1.4 to 10", "the same"),
+        (
+            "`hole_diameter - peg_diameter` off by a factor of 1.4 to 50: too large where the "
+            "diameters of chamfers are stated for those of bore and shank",
+            "the same",
+        ),
     )
     WITHOUT_WRENCH = True
 
@@ -95,9 +101,11 @@ class RimMotion(Suspect):
             )
         elif larger_so and by_size < min(least, test.apart * by_turn):
             size = 1e3 * self._clearance * exp(larger[2])
+            # Outer diameters of chamfers can only make it too large.
+            of_chamfers = _OF_CHAMFERS if larger[2] < 0.0 else ""
             self.finding = Finding(
                 f"with hole_diameter - peg_diameter of {size:.2g} mm the peg's path fits its "
-                f"tilt to {1e3 * by_size:.2g} mm instead of {1e3 * stated:.2g} mm",
+                f"tilt to {1e3 * by_size:.2g} mm instead of {1e3 * stated:.2g} mm{of_chamfers}",
                 {},
                 "scene",
                 voids=True,
