@@ -316,8 +316,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _joints(
         "hole_xyz",
-        "centre of the hole in its outer face, in the URDF's root link, see scene.hole_chamfer; as "
-        "on /tf_static where it is stated; the angles need its axes only",
+        "centre of the hole in its outer face, in the URDF's root link, see scene.hole_chamfer; "
+        "as on /tf_static where it is stated; the angles need its axes only",
         "m",
         -100.0,
         100.0,

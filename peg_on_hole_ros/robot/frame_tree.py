@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.measurements.edges import at_edges
 from peg_on_hole_ros.robot.fixed_links import Tree
 from peg_on_hole_ros.robot.urdf_file import parts
 from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
@@ -45,7 +46,8 @@ def frame_tree(configuration: Configuration) -> FrameTree:
 
     The hole's place is known where `joints.hole_xyz` is stated, in the root link of the robot's
     description, or in a frame that `frames.base` names. A name that is a link of the robot has a
-    parent already, whose publisher is the robot's.
+    parent already, whose publisher is the robot's. The frame of the hole is that of its throat, as
+    in all messages.
 
     Raises
     ------
@@ -54,7 +56,8 @@ def frame_tree(configuration: Configuration) -> FrameTree:
 
     """
     joints, frames = configuration.joints, configuration.frames
-    nowhere = FrameTree("", frames.hole, "", joints.hole_xyz, joints.hole_rpy)
+    throat = at_edges(joints, configuration.scene).hole_xyz
+    nowhere = FrameTree("", frames.hole, "", throat, joints.hole_rpy)
     if awaited(joints):
         # Until it comes there is no estimate, and so no peg.
         return nowhere

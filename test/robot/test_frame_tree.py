@@ -28,6 +28,14 @@ def test_the_hole_hangs_at_the_root_link_where_its_place_is_stated():
     assert tree(Frames(base="left/pedestal")).base == "left/pedestal"
 
 
+def test_the_frame_of_a_chamfered_hole_is_that_of_its_throat():
+    scene = replace(Configuration().scene, hole_chamfer=0.5e-3)
+    joints = replace(OPTIONS, hole_rpy=(0.0, 0.0, 0.3))
+    found = frame_tree(Configuration(scene=scene, joints=joints))
+    x, y, z = OPTIONS.hole_xyz
+    assert found[3] == pytest.approx((x, y, z - 0.5e-3), abs=1e-12)
+
+
 def test_without_a_robot_the_base_is_named():
     peg = JointInput(hole_xyz=(0.4, 0.0, 0.1))
     assert tree(joints=peg).base == ""
