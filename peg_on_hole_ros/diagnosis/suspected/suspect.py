@@ -51,8 +51,6 @@ class Instant(NamedTuple):
     sample : WrenchSample
     measured : AngleMeasurement
         The latest orientation.
-    stands_still : bool
-        Whether the wrench repeats one value.
     in_air : bool or None
         Whether the published contact mode is `open`; None: nothing was published.
 
@@ -60,7 +58,6 @@ class Instant(NamedTuple):
 
     sample: WrenchSample
     measured: AngleMeasurement
-    stands_still: bool
     in_air: bool | None
 
 
