@@ -20,6 +20,7 @@ PARTS = (
     "take_estimate",
     "leave_three_contacts",
     "unsure",
+    "zero_open_ns",
     "reaction_errors",
 )
 
@@ -88,6 +89,8 @@ class Suspect:
         What it has found; it stays until the look begins anew, or withdraws it.
     unsure : bool
         Whether nothing sure of contacts can be published now.
+    zero_open_ns : int
+        For how long the reading may have been a zero that nobody has taken; 0: it may not [ns].
     reaction_errors : ndarray, shape (settings,), or None
         What each of `records.UNOBSERVABLE_SETTINGS` would cost if it is off [N]; None: nothing is
         known of it now.
@@ -113,6 +116,11 @@ class Suspect:
     def unsure(self) -> bool:
         """See above."""
         return False
+
+    @property
+    def zero_open_ns(self) -> int:
+        """See above."""
+        return 0
 
     @property
     def reaction_errors(self) -> Floats | None:
