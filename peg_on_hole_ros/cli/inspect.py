@@ -154,7 +154,8 @@ def inspect(
     result["clock"] = {topic: heard.statistics[topic].summary() for topic in readers}
     if seen.loop:
         result["remarks"].append(seen.loop)
-    result["remarks"] += [*heard.stream.failed_looks, *bag.foreign()]
+    of_stamps = heard.stream.pipeline.causes_of_stamps
+    result["remarks"] += [*of_stamps, *heard.stream.failed_looks, *bag.foreign()]
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
     if apart_by_name and wrench in readers:
         result["oddities"][wrench].append(apart_by_name)
@@ -166,7 +167,8 @@ def inspect(
     if both:
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
         told = shifted(*offsets, configuration.joints.delay)  # type: ignore[call-arg]
-        result["oddities"][joints] += [told] if told else []
+        # A clock that was set, or drifts, has no mean.
+        result["oddities"][joints] += [told] if told and not of_stamps else []
     replay = result["replay"]
     replay["used"] = {topic: used[sources[topic]] for topic in readers}
     replay["dropped"] = {

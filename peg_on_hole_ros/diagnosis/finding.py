@@ -19,6 +19,9 @@ class Finding(NamedTuple):
         Whether reactions mean nothing where all is as stated.
     alone : bool
         Whether one setting is wrong; several that fit together are reported, never adopted.
+    hint : bool
+        Whether it is only the likeliest of what was tried: told where nothing else is found, as
+        what else is wrong can look like it.
 
     """
 
@@ -27,3 +30,4 @@ class Finding(NamedTuple):
     of: str = "wrench"
     voids: bool = False
     alone: bool = True
+    hint: bool = False

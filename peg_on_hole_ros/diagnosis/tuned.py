@@ -223,6 +223,13 @@ class DelayTrial(NamedTuple):
         And than any other setting [nats].
     least : float
         The least that is reported [s].
+    agrees : float
+        What one second makes of it and what the seconds before do lie apart by no more
+        [standard deviations].
+    finest : float
+        A second tells it no better than this, whatever its noise: a standard deviation [s].
+    known : float
+        It is reported once it is known to this: a standard deviation [s].
     unexplained : float
         Share of a load that friction and levers leave unexplained [-].
     nearest_tilt : float
@@ -248,6 +255,9 @@ class DelayTrial(NamedTuple):
     sure: float = 15.0
     apart: float = 5.0
     least: float = 0.003
+    agrees: float = 2.0
+    finest: float = 0.001
+    known: float = 0.002
     unexplained: float = 0.002
     nearest_tilt: float = 1.03
     slides: float = 2.0
@@ -333,6 +343,105 @@ class UntakenZeroTest(NamedTuple):
     sure: float = 4.0
     silence_ns: int = 1_000_000_000
     reported_ns: int = 500_000_000
+
+
+class BurstsTest(NamedTuple):
+    """
+    When wrenches come in bursts.
+
+    Attributes
+    ----------
+    kept : int
+        Stamps that are looked at together [stamps].
+    fewest : int
+        Of fewer steps between them nothing is told [steps].
+    bursts : int
+        Pauses between bursts, at least [pauses].
+    close : float
+        Stamps of one burst are closer than this share of the mean period [-].
+    size : int
+        Wrenches of a burst, at least [wrenches]: a thread that wakes late makes pairs.
+    period_ns : int
+        Time from one burst to the next, at least [ns]: less hardly moves a reaction.
+    share : float
+        Share of the steps and of the bursts that has to be so [-].
+
+    """
+
+    kept: int = 256
+    fewest: int = 60
+    bursts: int = 9
+    close: float = 0.25
+    size: int = 3
+    period_ns: int = 4_000_000
+    share: float = 0.9
+
+
+class ClockDriftTest(NamedTuple):
+    """
+    When the clocks of wrench and joint states part.
+
+    Attributes
+    ----------
+    block_ns : int
+        Time of a block whose median counts [ns]: as long as many messages are under way.
+    fewest : int
+        Joint states of a block, at least [joint states].
+    blocks : int
+        Of fewer nothing is told [blocks].
+    most_blocks : int
+        Of so many every second one is kept [blocks].
+    apart : float
+        They have parted by so much, at least [s]: where reactions begin to be off.
+    straight : float
+        And lie on a line, but for this share of that [-].
+
+    """
+
+    block_ns: int = 200_000_000
+    fewest: int = 5
+    blocks: int = 8
+    most_blocks: int = 64
+    apart: float = 0.005
+    straight: float = 0.15
+
+
+class ClockStepTest(NamedTuple):
+    """
+    When stamps that jump are those of a clock that was set.
+
+    Attributes
+    ----------
+    kept : int
+        Messages that are looked at together [messages].
+    around : int
+        Messages before and behind a jump, without another [messages].
+    fewest : int
+        Joint states of these, at least [joint states].
+    least_ns : int
+        The least jump [ns]: what comes late over a network is less as a rule.
+    near : float
+        What the stamps of the other input show agrees with the jump but for this share of it [-].
+    both_ns : int
+        Both clocks jumped back by more: the filter begins anew, and counts it [ns].
+    again_ns : int
+        A recording that is played again begins within so much of its first stamp [ns].
+    settles_ns : int
+        Nothing rests on stamps of before so much later [ns].
+    most : int
+        Steps that are told [steps].
+
+    """
+
+    kept: int = 2048
+    around: int = 25
+    fewest: int = 5
+    least_ns: int = 50_000_000
+    near: float = 0.2
+    both_ns: int = 1_000_000_000
+    again_ns: int = 50_000_000
+    settles_ns: int = 1_000_000_000
+    most: int = 6
 
 
 class RimMotionTest(NamedTuple):
@@ -429,6 +538,9 @@ WRENCH_BALANCE = WrenchBalance()
 LOOK_WINDOW = LookWindow()
 ROUNDING_STEPS = RoundingSteps()
 WRONG_WRENCH_TEST = WrongWrenchTest()
+BURSTS_TEST = BurstsTest()
+CLOCK_DRIFT_TEST = ClockDriftTest()
+CLOCK_STEP_TEST = ClockStepTest()
 DEAD_COMPONENT_TEST = DeadComponentTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
@@ -447,6 +559,9 @@ class DiagnosisNumbers(NamedTuple):
     look_window: LookWindow = LOOK_WINDOW
     rounding_steps: RoundingSteps = ROUNDING_STEPS
     wrong_wrench_test: WrongWrenchTest = WRONG_WRENCH_TEST
+    bursts_test: BurstsTest = BURSTS_TEST
+    clock_drift_test: ClockDriftTest = CLOCK_DRIFT_TEST
+    clock_step_test: ClockStepTest = CLOCK_STEP_TEST
     dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST

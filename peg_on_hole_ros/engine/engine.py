@@ -171,16 +171,26 @@ class Engine:
         batch["place"], batch["wrench"] = begin, before
         batch["rows"] = batch["taken"] = 0
         batch["most"] = most
-        seen, stop = (0, 0), Stop.LOOK
+        seen, arrived, stop = (0, 0), begin, Stop.LOOK
         while stop not in _ENDS:
             batch["by_hand"] = not self.processor.in_one_piece
             batch["due_ns"], batch["due_until_ns"] = self.settings_against_data.due
             stop = Stop(push(self._memory, self._batch, arrivals, given))
             if stop not in _BY_HAND:
                 seen = self._note(arrivals, given, *seen)
+            arrived = self._arrive(arrivals, arrived)
             self._do(stop, arrivals, given)
+        self._arrive(arrivals, arrived)
         some = slice(int(batch["rows"]))
         return int(batch["place"]), Rows(given.t_ns[some], given.rows[some])
+
+    def _arrive(self, arrivals: Arrivals, before: int) -> int:
+        """Hand on which messages came since so many; return how many there are now."""
+        now = int(self._batch[0]["place"])
+        if now > before:
+            some = slice(before, now)
+            self.settings_against_data.take_stamps(arrivals.of_wrench[some], arrivals.t_ns[some])
+        return now
 
     def _note(self, arrivals: Arrivals, given: Filled, taken: int, rows: int) -> tuple[int, int]:
         """Hand on what came since so many wrenches and rows; return how many there are now."""
@@ -205,6 +215,9 @@ class Engine:
         if self.settings_against_data.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             withhold(rows.values, self._flag)
+        elif self.settings_against_data.withholds:
+            self._counts["reactions_withheld"] += len(rows.t_ns)
+            rows.values["reactions_determined"] = 0.0
         self.settings_against_data.count(len(rows.t_ns))
         reaction_errors = self.settings_against_data.reaction_errors
         if reaction_errors is not None:

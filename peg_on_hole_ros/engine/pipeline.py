@@ -105,6 +105,11 @@ class Pipeline:
         return [*self._engine.settings_against_data.causes, *self.processor.causes]
 
     @property
+    def causes_of_stamps(self) -> list[str]:
+        """What the stamps alone show of the clocks, a line each; `causes` has them as well."""
+        return self._engine.settings_against_data.causes_of_stamps
+
+    @property
     def failures(self) -> Failures:
         """The side looks that failed in this run, with their errors."""
         return self._engine.settings_against_data.failures

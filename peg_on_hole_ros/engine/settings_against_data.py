@@ -64,6 +64,7 @@ class SettingsAgainstData:
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
         self._found: list[Finding] = []
+        self._arrived: list[tuple[np.ndarray, np.ndarray]] = []
         self._stated = configuration.wrench
         self.look(configuration, reduction, reduction.taken_off)
 
@@ -139,6 +140,11 @@ class SettingsAgainstData:
         return max(look(_zero_open_ns, 0) for look in self._with["zero_open_ns"])
 
     @property
+    def withholds(self) -> bool:
+        """Whether no reactions are called determined."""
+        return any(look(lambda it: it.withholds, False) for look in self._with["withholds"])
+
+    @property
     def due(self) -> tuple[int, int]:
         """Stamps from which on a wrench is looked at, and before which one is, too [ns]."""
         return self._due.ns, self._due.ns - DIAGNOSIS_STEP.back_ns
@@ -151,7 +157,22 @@ class SettingsAgainstData:
             if self._is_used(finding)
             else f"{finding.of}: {finding.text}"
             # What a wrench means rests on how hole and peg are stated.
-            for finding in sorted(self._found, key=lambda each: each.of == "wrench")
+            for finding in sorted(self._told, key=lambda each: each.of == "wrench")
+        ]
+
+    @property
+    def _told(self):
+        """What was found, without hints where anything else was: one cause at a time."""
+        return [each for each in self._found if not each.hint] or self._found
+
+    @property
+    def causes_of_stamps(self) -> list[str]:
+        """What the stamps alone show, a line each."""
+        return [
+            f"{finding.of}: {finding.text}"
+            for member, look in self._looks.items()
+            if member.OF_STAMPS
+            for finding in _findings(look)
         ]
 
     @property
@@ -161,6 +182,19 @@ class SettingsAgainstData:
 
     def _is_used(self, finding):
         return bool(finding.found) and self._adopted.items() >= finding.found.items()
+
+    def take_stamps(self, of_wrench: np.ndarray, t_ns: np.ndarray) -> None:
+        """Process messages in the order in which they came: whether wrenches, and stamps [ns]."""
+        self._arrived.append((of_wrench, t_ns))
+        if len(self._arrived) >= DIAGNOSIS_STEP.arrivals:
+            self._hand_on_arrived()
+
+    def _hand_on_arrived(self):
+        if self._arrived:
+            of_wrench, t_ns = (np.concatenate(each) for each in zip(*self._arrived))
+            self._arrived = []
+            for look in self._with["take_stamps"]:
+                look(lambda it: it.take_stamps(of_wrench, t_ns), None)
 
     def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process any wrenches in their order: stamps [ns], force and torque (n, 6)."""
@@ -202,6 +236,7 @@ class SettingsAgainstData:
 
         """
         self._due.take(moment.sample.t_ns)
+        self._hand_on_arrived()
         unsure = False
         for look in self._with["take"]:
             look(partial(_take, moment, unsure), None)

@@ -151,10 +151,13 @@ class DiagnosisStep(NamedTuple):
     ----------
     back_ns : int
         Stamps that fall by more begin another window [ns]: it holds one stretch of rising stamps.
+    arrivals : int
+        Runs of stamps that wait for the next wrench to be looked at, at most [runs].
 
     """
 
     back_ns: int = 100_000_000
+    arrivals: int = 1024
 
 
 STAMP_ORDER = StampOrder()

@@ -10,7 +10,7 @@ from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.guarded_looks import Failures, GuardedLook
 from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 from peg_on_hole_ros.monitor.way_in import NOT_TOLD
-from peg_on_hole_ros.replay.looped_recording import LoopedRecording
+from peg_on_hole_ros.replay.looped_recording import LoopedRecording, contents
 from peg_on_hole_ros.replay.topic_findings import TopicOddities
 
 MISFIT = (
@@ -132,7 +132,9 @@ class InputOddities:
             if short and not self.lacking:
                 self.lacking = list(min(short)[1])
         self._odd[source](lambda look: look.add(found), None)
-        self._loops[source](lambda look: look.add(t_ns[np.argsort(places)]), None)
+        held = np.concatenate([contents(stretch.values) for _, stretch in found])
+        order = np.argsort(places)
+        self._loops[source](lambda look: look.add(t_ns[order], held[order]), None)
 
     @property
     def loop(self) -> str:

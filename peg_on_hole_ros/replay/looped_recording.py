@@ -9,11 +9,19 @@ _FEWEST_BEHIND = 20
 _HASH_FACTOR, _HASH_SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
 
 
+def contents(values: np.ndarray) -> np.ndarray:
+    """Return a number for each row of values, shape (n,): alike where they are, bit for bit."""
+    bits = np.ascontiguousarray(values, float).view(np.uint64)
+    factors = _HASH_FACTOR * np.arange(1, 2 * bits.shape[1], 2, dtype=np.uint64)
+    return (bits * factors).sum(axis=1, dtype=np.uint64)
+
+
 class LoopedRecording:
     """
-    Looks at the stamps of one topic in the order of a recording.
+    Looks at the stamps of one topic in the order of a recording, with what bears them.
 
-    Two publishers whose clocks are apart have stamps that go back as well, but not the same ones.
+    Two publishers whose clocks are apart have stamps that go back as well, but not the same ones;
+    where a clock is set back the same stamps come again, of other values.
     """
 
     def __init__(self) -> None:
@@ -21,8 +29,8 @@ class LoopedRecording:
         self._known: list[np.ndarray] = []
         self._behind = self._asked = self._again = self._back_ns = 0
 
-    def add(self, t_ns: np.ndarray) -> None:
-        """Take stamps [ns]."""
+    def add(self, t_ns: np.ndarray, content: np.ndarray) -> None:
+        """Take stamps [ns], and a number for what each message holds: alike where it is."""
         if not len(t_ns):
             return
         newest = np.maximum.accumulate(t_ns)
@@ -32,9 +40,10 @@ class LoopedRecording:
         behind = back > _BACK_NS
         self._newest = int(newest[-1])
         remembered = (t_ns.astype(np.uint64) * _HASH_FACTOR) >> _HASH_SHIFT == 0
-        self._known.append(t_ns[remembered & ~behind])
+        messages = t_ns.astype(np.uint64) * _HASH_FACTOR + content
+        self._known.append(messages[remembered & ~behind])
         if behind.any():
-            asked = t_ns[remembered & behind]
+            asked = messages[remembered & behind]
             known = np.concatenate(self._known)
             self._known = [known]
             self._behind += int(behind.sum())

@@ -7,20 +7,21 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Names the look in counts: `look_failed_<NAME>` where it fails.
 `FINDS` : tuple of (str, str)
     What it finds, and where or when: a line each in the table of docs/integration.md.
-`ADOPTS`, `OFFLINE`, `LASTS`, `OF_ZERO`, `WITHOUT_WRENCH` : bool
+`ADOPTS`, `OFFLINE`, `LASTS`, `OF_ZERO`, `OF_STAMPS`, `WITHOUT_WRENCH` : bool
     When it looks, and what becomes of its finding; see `suspect`. None is set as a rule.
 `__init__(stated)`
     Begins to look, by the settings that are used.
 `restart()`
     Forgets what a motion has shown.
-`take_every_wrench(t_ns, wrenches)`, `count(wrenches)`, `take(instant, unsure)`,
-`take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
-    What it looks at: every wrench; how many estimates were given; one wrench in 20 ms with the
+`take_stamps(of_wrench, t_ns)`, `take_every_wrench(t_ns, wrenches)`, `count(wrenches)`,
+`take(instant, unsure)`, `take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
+    What it looks at: the stamp of every message, in the order in which they came; every wrench
+    that came in order; how many estimates were given; one wrench in 20 ms with the
     orientation; one estimate in 20 ms on three contacts, and that there is none. A look has those
     that it needs, and is called for no others.
-`unsure`, `hides` : bool
-    Whether nothing sure of contacts can be published now, and whether findings of other looks
-    cannot be trusted.
+`unsure`, `withholds`, `hides` : bool
+    Whether nothing sure of contacts can be published now, whether no reactions can be called
+    determined, and whether findings of other looks cannot be trusted.
 `zero_open_ns` : int
     For how long what a peg at rest reads may have been a zero that nobody has taken, so that a
     tare takes it. 0 as a rule.

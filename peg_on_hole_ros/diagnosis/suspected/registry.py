@@ -1,5 +1,8 @@
 """Suspected settings by their members: the one place that lists them."""
 
+from peg_on_hole_ros.diagnosis.suspected.bursts import Bursts
+from peg_on_hole_ros.diagnosis.suspected.clock_drift import ClockDrift
+from peg_on_hole_ros.diagnosis.suspected.clock_step import ClockStep
 from peg_on_hole_ros.diagnosis.suspected.dead_component import DeadComponent
 from peg_on_hole_ros.diagnosis.suspected.delay import Delay
 from peg_on_hole_ros.diagnosis.suspected.free_air import FreeAir
@@ -13,6 +16,6 @@ from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    DeadComponent, StatedGravity, WrongWrench, UntakenZero, FreeAir, LowPass, RimMotion, Delay,
-    Unobservable,
+    ClockStep, ClockDrift, Bursts, DeadComponent, StatedGravity, WrongWrench, UntakenZero, FreeAir,
+    LowPass, RimMotion, Delay, Unobservable,
 )  # fmt: skip

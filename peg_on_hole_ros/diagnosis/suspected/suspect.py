@@ -14,6 +14,7 @@ from peg_on_hole_ros.typed_record import Floats
 
 # Parts of the interface that a look need not have.
 PARTS = (
+    "take_stamps",
     "take_every_wrench",
     "count",
     "take",
@@ -21,6 +22,7 @@ PARTS = (
     "leave_three_contacts",
     "unsure",
     "zero_open_ns",
+    "withholds",
     "reaction_errors",
 )
 
@@ -83,6 +85,8 @@ class Suspect:
         Whether it looks at wrenches as received alone: other settings do not make it begin anew.
     OF_ZERO : bool
         Whether a tare mends what it finds.
+    OF_STAMPS : bool
+        Whether it looks at the stamps alone: `inspect` tells what it finds as well.
     WITHOUT_WRENCH : bool
         Whether its finding stands where another look `hides` findings.
     finding : Finding or None
@@ -91,6 +95,8 @@ class Suspect:
         Whether nothing sure of contacts can be published now.
     zero_open_ns : int
         For how long the reading may have been a zero that nobody has taken; 0: it may not [ns].
+    withholds : bool
+        Whether the reactions cannot be called determined now, though the mode can be told.
     reaction_errors : ndarray, shape (settings,), or None
         What each of `records.UNOBSERVABLE_SETTINGS` would cost if it is off [N]; None: nothing is
         known of it now.
@@ -105,6 +111,7 @@ class Suspect:
     ADOPTS: ClassVar[bool] = False
     LASTS: ClassVar[bool] = False
     OF_ZERO: ClassVar[bool] = False
+    OF_STAMPS: ClassVar[bool] = False
     WITHOUT_WRENCH: ClassVar[bool] = False
     finding: Finding | None = None
     hides: bool = False
@@ -123,6 +130,11 @@ class Suspect:
         return 0
 
     @property
+    def withholds(self) -> bool:
+        """See above."""
+        return False
+
+    @property
     def reaction_errors(self) -> Floats | None:
         """See above."""
         return None
@@ -133,6 +145,21 @@ class Suspect:
 
     def restart(self) -> None:
         """Forget what a motion has shown."""
+
+    def take_stamps(self, of_wrench: np.ndarray, t_ns: np.ndarray) -> None:
+        """
+        Process every message that could be read, in the order in which they came.
+
+        It decides nothing: how many come at once differs between a node and a replay.
+
+        Parameters
+        ----------
+        of_wrench : ndarray of bool, shape (n,)
+            Whether it is a wrench or an orientation.
+        t_ns : ndarray of int64, shape (n,)
+            Stamps [ns].
+
+        """
 
     def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process every wrench, in the order in which they came: stamps [ns], and rows (n, 6)."""
