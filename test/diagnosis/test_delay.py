@@ -98,6 +98,28 @@ def test_a_delay_is_told_of_wrenches_in_other_axes_and_without_weight(change, st
     assert delay_of(cause) == pytest.approx(20.0, abs=5.0)
 
 
+@pytest.mark.parametrize("milliseconds", [-10, *nightly(-30, -5, 5, 10, 30)])
+def test_a_delay_is_named_to_2_ms_or_not_at_all(milliseconds):
+    """Joint states of a shipped bag, so late; a delay of 5 ms is within what a second shows."""
+    for cause in causes_of(late(samples(BAGS[2]), -milliseconds)):
+        # Told in whole milliseconds.
+        assert delay_of(cause) == pytest.approx(milliseconds, abs=2.5)
+
+
+def test_one_second_of_slip_names_no_delay():
+    """What it shows has to explain another one."""
+    assert causes_of(late(samples(BAGS[2], end=4.0), -30.0)) == []
+
+
+@pytest.mark.nightly
+def test_a_delay_that_the_next_second_contradicts_is_not_named():
+    found = samples(BAGS[2], end=6.0)
+    # Where the first second of slip ends.
+    begins = found[0].t_ns + 4_500_000_000
+    halves = [[s for s in found if (s.t_ns < begins) == first] for first in (True, False)]
+    assert causes_of([*late(halves[0], -30.0), *late(halves[1], 10.0)]) == []
+
+
 @pytest.mark.parametrize("milliseconds", [-50, 20, *nightly(-20, 50)])
 def test_a_steady_motion_does_not_tell_it(milliseconds):
     for path in BAGS[:2]:

@@ -51,6 +51,24 @@ class _Look(NamedTuple):
         return t_ns[0] + since, means, int(counts[-1])
 
 
+class _Estimate(NamedTuple):
+    """A delay [s], and its variance [s^2]."""
+
+    delay: float
+    variance: float
+
+    def agrees(self, other: "_Estimate") -> bool:
+        """Return whether both may be of one delay."""
+        apart = (self.delay - other.delay) ** 2
+        return apart < DELAY_TRIAL.agrees**2 * (self.variance + other.variance)
+
+    def with_other(self, other: "_Estimate") -> "_Estimate":
+        """Return what both tell together."""
+        variance = 1.0 / (1.0 / self.variance + 1.0 / other.variance)
+        delay = variance * (self.delay / self.variance + other.delay / other.variance)
+        return _Estimate(delay, variance)
+
+
 class Delay(Suspect):
     """
     Refits the last second of three sliding contacts at several delays of the joint states.
@@ -59,6 +77,9 @@ class Delay(Suspect):
     that no wrench waits long. A delay is reported if it is likelier by far than the stated one,
     and than another friction, zero, tilt or clearance. At a steady rate it looks like a turned
     hole: a second in which no rate changes is not judged.
+
+    One second alone reports nothing: what it makes of the delay has to explain the next one, which
+    took no part in it, far better than the stated delay does, and both have to agree.
 
     Parameters
     ----------
@@ -71,7 +92,8 @@ class Delay(Suspect):
         (
             "`joints.delay`: wrench or joint states come 10 to 50 ms late, also behind a filter "
             "(`replay` alone)",
-            "seconds of slip on three contacts in which a rate changes by half",
+            "two seconds of slip on three contacts in which a rate changes by half, if the delay "
+            "of the one explains the other, and nothing else is found",
         ),
     )
     OFFLINE = True
@@ -95,6 +117,8 @@ class Delay(Suspect):
         self._gains = np.zeros(len(HYPOTHESES))
         self._spreads: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._undecided = 0
+        # What the seconds before make of the delay; None: nothing yet.
+        self._earlier: _Estimate | None = None
         self.restart()
 
     def restart(self) -> None:
@@ -185,9 +209,13 @@ class Delay(Suspect):
         values = yield from _values(likelihood, x, (0.0, -first, first))
         # A delay of half as much is as likely as none.
         if max(values[first], values[-first]) < values[0.0] - DELAY_TRIAL.likelier:
-            self._gains[:], self._spreads = 0.0, {}
+            self._forget()
             return False
         return (yield from self._try_all(likelihood, x, self._sizes(load)))
+
+    def _forget(self):
+        """Forget what seconds have shown of a delay: another contradicts them."""
+        self._gains[:], self._spreads, self._earlier = 0.0, {}, None
 
     def _try_all(self, likelihood, x, sizes):
         """Report a delay that is likelier by far than what is stated, and than other settings."""
@@ -228,20 +256,43 @@ class Delay(Suspect):
             yield
         if any(peak is None for peak in peaks):
             return False
+        now = self._estimate(late, sizes)
+        told = False
+        if self._earlier is not None:
+            # It had no part in what the seconds before have made of the delay.
+            before = self._earlier.delay
+            held_out = yield from _values(likelihood, stated.x, (before,))
+            explains = held_out[before] - values[0.0] > DELAY_TRIAL.likelier
+            if explains and now.agrees(self._earlier):
+                told, now = True, now.with_other(self._earlier)
+            else:
+                self._forget()
         # As many seconds as it takes. What one has shown of a zero holds in the next.
         self._gains += [late.value - peak.value for peak in peaks]
         self._spreads = {i: self._spread(i, peak, spreads[i][1]) for i, peak in enumerate(peaks)}
+        self._earlier = now
         self._wait = DELAY_TRIAL.kept
-        if self._gains[0] > DELAY_TRIAL.sure and self._gains[2:].min() > DELAY_TRIAL.apart:
-            self.finding = self._said(float(late.x[DELAY_AT]), self._gains[0])
+        likeliest = self._gains[0] > DELAY_TRIAL.sure and self._gains[2:].min() > DELAY_TRIAL.apart
+        if told and likeliest and now.variance < DELAY_TRIAL.known**2:
+            self.finding = self._said(now.delay, self._gains[0])
         return True
+
+    def _estimate(self, late, sizes):
+        """Return what a second by itself makes of the delay."""
+        free = self._free(HYPOTHESES[1])
+        covariance = np.linalg.inv(late.information + np.diag(sizes.range[free] ** -2.0))
+        at = free.tolist().index(DELAY_AT)
+        return _Estimate(float(late.x[DELAY_AT]), covariance[at, at] + DELAY_TRIAL.finest**2)
 
     def _spread(self, i, peak, range_):
         """Return where a hypothesis has come to, and how well that is known by now."""
         free, range_ = self._free(HYPOTHESES[i]), range_.copy()
         covariance = np.linalg.inv(peak.information + np.diag(range_[free] ** -2.0))
         range_[free] = np.sqrt(np.diagonal(covariance))
-        return peak.x, range_
+        # A second's own delay is held against that of those before.
+        x = peak.x.copy()
+        x[DELAY_AT], range_[DELAY_AT] = 0.0, DELAY_TRIAL.tried[-1]
+        return x, range_
 
     def _free(self, kind):
         """Return coordinates that are open as stated, and those of a kind."""
@@ -255,6 +306,7 @@ class Delay(Suspect):
             f"e^{gain:.0f} times likelier: {late} come some {1e3 * abs(found):.0f} ms behind "
             f"{other} of the same moment{filtered}",
             {},
+            hint=True,
         )
 
     def _sizes(self, load):
