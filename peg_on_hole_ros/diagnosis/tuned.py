@@ -444,6 +444,50 @@ class ClockStepTest(NamedTuple):
     most: int = 6
 
 
+class OscillationTest(NamedTuple):
+    """
+    When the wrench oscillates at one frequency.
+
+    Attributes
+    ----------
+    stretch_ns : int
+        Time that is looked at together [ns]: two frequencies 8 Hz apart are two.
+    fewest : int
+        Wrenches in it, at least [wrenches].
+    stretches : int
+        It is told after so many in a row of one frequency [stretches].
+    lasts : int
+        And is over after so many without it: a touch-down drowns it for a moment [stretches].
+    first_bin : int
+        The first bin that is looked at [bins]: a motion has the ones below.
+    beside : int
+        Bins so far apart are none of one line's [bins].
+    above : float
+        Power of a line, over the median of all bins, at least [-].
+    narrow : float
+        And over that of the bins beside it [-].
+    same : float
+        Frequencies that differ by less than this share are one [-].
+    loud : float
+        Amplitude over the stated noise above which no contact is sure [-].
+    mains : tuple of float
+        Frequencies of the mains, and twice these [Hz].
+
+    """
+
+    stretch_ns: int = 250_000_000
+    fewest: int = 50
+    stretches: int = 3
+    lasts: int = 6
+    first_bin: int = 3
+    beside: int = 3
+    above: float = 30.0
+    narrow: float = 8.0
+    same: float = 0.03
+    loud: float = 4.0
+    mains: tuple[float, ...] = (50.0, 60.0, 100.0, 120.0)
+
+
 class RimMotionTest(NamedTuple):
     """
     What the path of a peg on the rim shows of hole and clearance.
@@ -545,6 +589,7 @@ DEAD_COMPONENT_TEST = DeadComponentTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 UNTAKEN_ZERO_TEST = UntakenZeroTest()
+OSCILLATION_TEST = OscillationTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
@@ -566,6 +611,7 @@ class DiagnosisNumbers(NamedTuple):
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST
     untaken_zero_test: UntakenZeroTest = UNTAKEN_ZERO_TEST
+    oscillation_test: OscillationTest = OSCILLATION_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

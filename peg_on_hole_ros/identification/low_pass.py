@@ -76,12 +76,12 @@ class NoiseOfNeighbours:
     @property
     def pole(self) -> float:
         """Pole of the first-order low-pass that makes neighbours so alike; 0: none is seen."""
-        alike = self.enough and self._ratio >= LOW_PASS_TEST.alike
-        if not alike:
+        alike = LOW_PASS_TEST.alike <= self._ratio <= LOW_PASS_TEST.steepest
+        if not (self.enough and alike):
             return 0.0
         # The quietest of many is quieter than the noise, by chance; those like it are not.
         like = [ratio for ratio in self._ratios if ratio < LOW_PASS_TEST.as_quiet * self._ratio]
-        return _pole(float(np.mean(like or [self._ratio])))
+        return _pole(min(float(np.mean(like or [self._ratio])), LOW_PASS_TEST.steepest))
 
     @property
     def cutoff(self) -> float:

@@ -304,6 +304,8 @@ class LowPassTest(NamedTuple):
         Wrenches so many behind one another are apart [wrenches].
     alike : float
         How many times the noise of those apart is that of neighbours, where they are alike [-].
+    steepest : float
+        And no more times: no filter of first order makes it eight times [-].
     noisy : float
         Share of the stated noise below which there is none to compare [-].
     kept : int
@@ -318,6 +320,7 @@ class LowPassTest(NamedTuple):
     enough: int = 3
     apart: int = 8
     alike: float = 2.0
+    steepest: float = 7.5
     noisy: float = 0.005
     kept: int = 64
     as_quiet: float = 2.0

@@ -7,6 +7,7 @@ from peg_on_hole_ros.diagnosis.suspected.dead_component import DeadComponent
 from peg_on_hole_ros.diagnosis.suspected.delay import Delay
 from peg_on_hole_ros.diagnosis.suspected.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.suspected.low_pass import LowPass
+from peg_on_hole_ros.diagnosis.suspected.oscillation import Oscillation
 from peg_on_hole_ros.diagnosis.suspected.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import StatedGravity
 from peg_on_hole_ros.diagnosis.suspected.suspect import Suspect
@@ -16,6 +17,6 @@ from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    ClockStep, ClockDrift, Bursts, DeadComponent, StatedGravity, WrongWrench, UntakenZero, FreeAir,
-    LowPass, RimMotion, Delay, Unobservable,
+    ClockStep, ClockDrift, Bursts, Oscillation, DeadComponent, StatedGravity, WrongWrench,
+    UntakenZero, FreeAir, LowPass, RimMotion, Delay, Unobservable,
 )  # fmt: skip
