@@ -306,45 +306,6 @@ class FreeAirTest(NamedTuple):
     carried: float = 0.3
 
 
-class UntakenZeroTest(NamedTuple):
-    """
-    When what a peg at rest reads at first may be a zero that nobody has taken.
-
-    Attributes
-    ----------
-    force : float
-        A component of the force beyond it is no zero [N]: sensors of collaborative robots are some
-        newtons off where nobody has tared them.
-    torque : float
-        The same of the torque [N m].
-    turned : float
-        A peg that has turned by so much is not at rest [standard deviations]: 1 mrad at the usual
-        0.1 mrad, 6 ms of a closing at 0.16 rad/s.
-    recent : int
-        The mean of the latest so many looks is compared with those before [looks].
-    changed : float
-        A load that differs by so much has changed [standard deviations].
-    sure : float
-        A reading differs from the weight beyond so many deviations of its mean [standard
-        deviations].
-    silence_ns : int
-        After a silence that is longer a peg at rest is looked at anew [ns].
-    reported_ns : int
-        What has been open for so long is reported [ns]: what else a wrench may mean is found
-        before.
-
-    """
-
-    force: float = 10.0
-    torque: float = 0.25
-    turned: float = 4.0
-    recent: int = 5
-    changed: float = 6.0
-    sure: float = 4.0
-    silence_ns: int = 1_000_000_000
-    reported_ns: int = 500_000_000
-
-
 class BurstsTest(NamedTuple):
     """
     When wrenches come in bursts.
@@ -588,7 +549,6 @@ CLOCK_STEP_TEST = ClockStepTest()
 DEAD_COMPONENT_TEST = DeadComponentTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
-UNTAKEN_ZERO_TEST = UntakenZeroTest()
 OSCILLATION_TEST = OscillationTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
@@ -610,7 +570,6 @@ class DiagnosisNumbers(NamedTuple):
     dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST
-    untaken_zero_test: UntakenZeroTest = UNTAKEN_ZERO_TEST
     oscillation_test: OscillationTest = OSCILLATION_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST

@@ -233,13 +233,8 @@ class Processor:
 
     @property
     def wrench_stands_still(self) -> bool:
-        """Whether the wrench repeats one value, and shows nothing."""
+        """Whether the wrench repeats one value while the peg turns."""
         return bool(repeated.is_off(self.engine.wrench_noise.repeated))
-
-    @property
-    def stood_still_until_ns(self) -> int:
-        """Stamp of the last wrench that was not used, as it repeated one value; 0: none [ns]."""
-        return int(self.engine.wrench_noise.repeated.off_ns)
 
     @property
     def left_out(self) -> str:

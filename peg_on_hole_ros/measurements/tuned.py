@@ -39,28 +39,6 @@ class RepeatedValues(NamedTuple):
     reported: float = 0.05
 
 
-class StandingWrench(NamedTuple):
-    """
-    When a wrench that repeats bit for bit, in all six components, is no measurement.
-
-    Attributes
-    ----------
-    fewest : int
-        A value that comes more often in a row is not used [wrenches]: of a sensor whose noise is
-        half of its resolution all six components repeat so often once in 1e7 times.
-    longer : int
-        Nor one that comes so many times more often than this sensor usually repeats values [-].
-    reported : float
-        One that lasts longer is reported [s]: with a message of 1 Hz of diagnostics that is soon,
-        and a sensor slower than its publisher has repeated itself by then.
-
-    """
-
-    fewest: int = 5
-    longer: int = 3
-    reported: float = 0.15
-
-
 class InnovationWindow(NamedTuple):
     """
     What innovations show of settings and of the contact mode.
@@ -209,7 +187,6 @@ class LowPassLag(NamedTuple):
 
 ANGLE_FLOOR = AngleFloor()
 REPEATED_VALUES = RepeatedValues()
-STANDING_WRENCH = StandingWrench()
 INNOVATION_WINDOW = InnovationWindow()
 PLAUSIBLE_WRENCH = PlausibleWrench()
 PLAUSIBLE_JOINTS = PlausibleJoints()
@@ -223,7 +200,6 @@ class MeasurementNumbers(NamedTuple):
 
     angle_floor: AngleFloor = ANGLE_FLOOR
     repeated_values: RepeatedValues = REPEATED_VALUES
-    standing_wrench: StandingWrench = STANDING_WRENCH
     innovation_window: InnovationWindow = INNOVATION_WINDOW
     plausible_wrench: PlausibleWrench = PLAUSIBLE_WRENCH
     plausible_joints: PlausibleJoints = PLAUSIBLE_JOINTS

@@ -122,6 +122,9 @@ def test_a_sensor_that_stands_still_is_told_and_not_believed():
     assert {out.contact_mode for out in after} == {"unknown"}
     assert {out.monitor["reactions_determined"] for out in after} == {0.0}
     assert not [a for out in after for a in out.alarms if a.name == "jamming" and a.level]
+    # At rest, and without noise, a wrench that stays is true.
+    rest = samples(CYCLE, 5.8, 6.4)
+    assert told_after(frozen(rest, 0.2, WrenchSample))[0] == {}
     # What goes on is believed again.
     again = [*frozen(samples(CYCLE, 8.9, 9.5), 0.4, WrenchSample), *samples(CYCLE, 9.5, 9.8)]
     _, outputs, _ = told_after(again)

@@ -75,7 +75,7 @@ def test_each_message_is_in_the_frame_that_is_stated_for_the_hole():
     line, raw = message_stream(Configuration(frames=Frames(hole="left_hole"))), []
     for k in range(1, 120):
         line.on_joints(joints(k * 1_000_000))
-        published = line.publish_wrench(Encoder(WRENCH)(wrench(k * 1_000_000)), lambda _: None)
+        published = line.take_wrench_bytes(Encoder(WRENCH)(wrench(k * 1_000_000)), lambda _: None)
         raw += published.estimate if published else []
     assert raw == [each for each in written if each[0] in dict(raw)]
 

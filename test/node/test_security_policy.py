@@ -31,7 +31,12 @@ def allowed(kind, action):
 def topics(node, ends):
     """Return the topics at which the node has an end; another of its name may be leaving."""
     named = (name for name, _ in node.get_topic_names_and_types())
-    return {name for name in named if any(end.node_name == "peg_on_hole" for end in ends(name))}
+    full = "/", "peg_on_hole"
+    return {
+        name
+        for name in named
+        if any((end.node_namespace, end.node_name) == full for end in ends(name))
+    }
 
 
 def test_policy_is_what_the_node_opens():
@@ -47,7 +52,7 @@ def test_policy_is_what_the_node_opens():
                     node, node.get_subscriptions_info_by_topic
                 ),
                 ("services", "reply"): lambda: {
-                    name for name, _ in node.get_service_names_and_types() if of in name
+                    name for name, _ in node.get_service_names_and_types() if name.startswith(of)
                 },
             }
             for (kind, action), found in opened.items():

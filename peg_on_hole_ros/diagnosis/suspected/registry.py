@@ -12,11 +12,10 @@ from peg_on_hole_ros.diagnosis.suspected.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import StatedGravity
 from peg_on_hole_ros.diagnosis.suspected.suspect import Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import Unobservable
-from peg_on_hole_ros.diagnosis.suspected.untaken_zero import UntakenZero
 from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
     ClockStep, ClockDrift, Bursts, Oscillation, DeadComponent, StatedGravity, WrongWrench,
-    UntakenZero, FreeAir, LowPass, RimMotion, Delay, Unobservable,
+    FreeAir, LowPass, RimMotion, Delay, Unobservable,
 )  # fmt: skip

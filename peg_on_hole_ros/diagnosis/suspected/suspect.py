@@ -21,7 +21,6 @@ PARTS = (
     "take_estimate",
     "leave_three_contacts",
     "unsure",
-    "zero_open_ns",
     "withholds",
     "reaction_errors",
 )
@@ -54,6 +53,8 @@ class Instant(NamedTuple):
     sample : WrenchSample
     measured : AngleMeasurement
         The latest orientation.
+    stands_still : bool
+        Whether the wrench repeats one value.
     in_air : bool or None
         Whether the published contact mode is `open`; None: nothing was published.
 
@@ -61,6 +62,7 @@ class Instant(NamedTuple):
 
     sample: WrenchSample
     measured: AngleMeasurement
+    stands_still: bool
     in_air: bool | None
 
 
@@ -93,8 +95,6 @@ class Suspect:
         What it has found; it stays until the look begins anew, or withdraws it.
     unsure : bool
         Whether nothing sure of contacts can be published now.
-    zero_open_ns : int
-        For how long the reading may have been a zero that nobody has taken; 0: it may not [ns].
     withholds : bool
         Whether the reactions cannot be called determined now, though the mode can be told.
     reaction_errors : ndarray, shape (settings,), or None
@@ -123,11 +123,6 @@ class Suspect:
     def unsure(self) -> bool:
         """See above."""
         return False
-
-    @property
-    def zero_open_ns(self) -> int:
-        """See above."""
-        return 0
 
     @property
     def withholds(self) -> bool:
