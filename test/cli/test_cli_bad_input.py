@@ -115,7 +115,7 @@ def test_reader_that_goes_away_is_no_error(bag):
         (
             "scene: {hole_diamter: 0.05}",
             "unknown parameter 'scene.hole_diamter'; the nearest are: scene.hole_diameter, "
-            "scene.hole_chamfer, scene.peg_diameter",
+            "scene.peg_diameter, scene.hole_chamfer",
         ),
         (
             "scene: {peg_diameter: 0.051}",

@@ -80,8 +80,8 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"zzz": 1},
             (
-                "unknown parameter 'zzz'; there are: accuracy, autostart, filter, frames, "
-                "joints, markers_rate, monitor, plan, qos_depth, record_arrivals, scene, topics, wrench"
+                "unknown parameter 'zzz'; there are: accuracy, autostart, filter, frames, joints, "
+                "markers_rate, monitor, plan, qos_depth, record_arrivals, scene, topics, wrench"
             ),
         ),
         (

@@ -76,7 +76,7 @@ class ClockStep(Suspect):
 
     @property
     def unsure(self) -> bool:
-        """Whether the clocks are apart, or were a instant ago."""
+        """Whether the clocks are apart, or were a moment ago."""
         return self._set_ns >= 0 or self._is_apart
 
     @property
@@ -150,7 +150,11 @@ class ClockStep(Suspect):
         again = jump.size_ns < 0 and jump.to_ns - begun_ns < CLOCK_STEP_TEST.again_ns
         leads = Leads().of(self._of_wrench, self._t_ns)[:, 1]
         joints = len(leads) - np.count_nonzero(~self._of_wrench[jump.place :])
-        before, after = leads[max(joints - around, 0) : joints], leads[joints : joints + around]
+        # While no wrench comes, joint states are ever farther ahead of the last one.
+        wrenches = np.flatnonzero(self._of_wrench[: jump.place])
+        silent = jump.place - int(wrenches[-1]) - 1 if of_wrench and len(wrenches) else 0
+        last = max(joints - silent, 0)
+        before, after = leads[max(last - around, 0) : last], leads[joints : joints + around]
         if again or min(len(before), len(after)) < CLOCK_STEP_TEST.fewest:
             return
         moved = float(np.median(after) - np.median(before))
