@@ -211,7 +211,7 @@ class SettingsAgainstData:
                 return reaction_errors
         return None
 
-    def take(self, moment: Instant) -> bool:
+    def take(self, instant: Instant) -> bool:
         """
         Try what else a wrench that is due may mean.
 
@@ -221,11 +221,11 @@ class SettingsAgainstData:
             Whether another setting is to be used from here on, see `with_findings`.
 
         """
-        self._due.take(moment.sample.t_ns)
+        self._due.take(instant.sample.t_ns)
         self._hand_on_arrived()
         unsure = False
         for look in self._with["take"]:
-            look(partial(_take, moment, unsure), None)
+            look(partial(_take, instant, unsure), None)
             unsure = unsure or _is_unsure(look)
         hidden = any(look(_hides, False) for look in self._looks.values())
         return any(
@@ -252,8 +252,8 @@ class SettingsAgainstData:
         return True
 
 
-def _take(moment: Instant, unsure: bool, look: Suspect) -> None:
-    look.take(moment, unsure)
+def _take(instant: Instant, unsure: bool, look: Suspect) -> None:
+    look.take(instant, unsure)
 
 
 def _hides(look: Suspect) -> bool:

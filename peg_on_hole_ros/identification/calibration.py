@@ -22,7 +22,7 @@ from peg_on_hole_ros.identification.fisher_scoring import (
 )
 from peg_on_hole_ros.identification.guess import guess
 from peg_on_hole_ros.identification.likelihood import Likelihood
-from peg_on_hole_ros.identification.low_pass import NoiseOfNeighbours, noise_of_neighbours
+from peg_on_hole_ros.identification.low_pass import noise_of_neighbours
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
     CALIBRATED_QUANTITIES,
@@ -162,11 +162,13 @@ def calibrate(
         )
     moved = motion(record)
     told = _counted_progress(progress)
-    found = _Found.of(record, moved, parts, start, told)
+    stated = start.wrench.force_stddev, start.wrench.torque_stddev
+    filtered = noise_of_neighbours(record.wrench_t, record.wrench, stated)
+    found = _Found.of(record, moved, parts, start, told, filtered.pole)
     if found is None or found.nis > SCORING.explained_nis:
         farther = _thinned(steady(record, start, CALIBRATED_RECORDING.farther_tilt))
         if farther != parts and _count(farther) >= fewest:
-            again = _Found.of(record, moved, farther, start, told)
+            again = _Found.of(record, moved, farther, start, told, filtered.pole)
             if again is not None and (found is None or again.nis < found.nis):
                 parts, found = farther, again
     if found is None or found.nis > CALIBRATED_RECORDING.unexplained_nis:
@@ -174,10 +176,9 @@ def calibrate(
     progress(1.0)
     rows = _rows(parts)
     turns, fast = moved.rates[rows, 2], CALIBRATED_RECORDING.turning_rate
-    cutoff = noise_of_neighbours_of(record, start).cutoff
     configuration = configured(start, found.x)
-    if cutoff > 0.0:
-        wrench = replace(configuration.wrench, low_pass=cutoff)
+    if filtered.cutoff > 0.0:
+        wrench = replace(configuration.wrench, low_pass=filtered.cutoff)
         configuration = replace(configuration, wrench=wrench)
     return Calibration(
         configuration,
@@ -189,7 +190,7 @@ def calibrate(
         float(moved.q[rows, 0].min() / start.scene.gamma0),
         float(np.ptp(moved.q[rows, 2])),
         bool(turns.min() < -fast < fast < turns.max()),
-        cutoff,
+        filtered.cutoff,
     )
 
 
@@ -227,14 +228,13 @@ class _Found(NamedTuple):
     scale: Any
 
     @staticmethod
-    def of(record, moved, parts, start, told):
+    def of(record, moved, parts, start, told, pole):
         rows, x0 = _rows(parts), coordinates(start)
         likelihood = Likelihood(record, parts, start)
         force = float(np.median(load(record, moved, start)[rows]))
         scale = measures(start.scene.hole_diameter, force)
         limits = _limits(start, x0, moved.q[rows, 0].min())
-        filtered = noise_of_neighbours_of(record, start)
-        begin, noise = _with_noise(record, filtered.pole, x0, limits)
+        begin, noise = _with_noise(record, pole, x0, limits)
         still = Likelihood(denoised(record), parts, start)
         search = Search(likelihood, still, x0, scale, limits, told)
         free = np.flatnonzero(~IS_NOISE)
@@ -277,12 +277,6 @@ def _with(search: Search, best: Peak, covariance, x0, kept) -> Peak:
             return last
         kept[np.flatnonzero(kept)[np.argsort(away[kept])[-freed:]]] = False
     return best
-
-
-def noise_of_neighbours_of(record: Recording, start: Configuration) -> NoiseOfNeighbours:
-    """Return the noise of neighbouring wrenches of a recording, beside what is stated."""
-    stated = start.wrench.force_stddev, start.wrench.torque_stddev
-    return noise_of_neighbours(record.wrench_t, record.wrench, stated)
 
 
 def _with_noise(record, pole, x0, limits):

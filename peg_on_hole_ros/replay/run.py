@@ -337,7 +337,8 @@ def played(
 
     """
     joints = configuration.joints
-    arrivals = arrivals_of(batch, sources, joints, stream.pipeline.orientation)
+    orientation = stream.pipeline.orientation
+    arrivals = arrivals_of(batch, sources, joints, orientation)
     place = 0
     while place < len(batch):
         begin = place
@@ -356,9 +357,10 @@ def played(
             if watch is not None and item.topic in sources:
                 watch.read(item.sample)
             columns = hand_over(stream, item, sources)
-            if item.topic not in sources:
-                # What was called may have set the noise that orientations are given.
-                arrivals = arrivals_of(batch, sources, joints, stream.pipeline.orientation)
+            if stream.pipeline.orientation is not orientation:
+                # What was called has set the noise that orientations are given.
+                orientation = stream.pipeline.orientation
+                arrivals = arrivals_of(batch, sources, joints, orientation)
             place += 1
             if columns is not None:
                 yield columns

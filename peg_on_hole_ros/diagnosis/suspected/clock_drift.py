@@ -83,13 +83,11 @@ class ClockDrift(Suspect):
             self._judge()
 
     def _judge(self):
-        t_ns, leads = (
-            np.array([t for t, _ in self._points]),
-            np.array([a for _, a in self._points]),
-        )
+        t_ns, leads = (np.array(each) for each in zip(*self._points))
         t = (t_ns - t_ns[0]) * 1e-9
         if t[-1] <= 0.0 or (np.diff(t) <= 0.0).any():
-            return self.restart()
+            self.restart()
+            return
         slope, begin = np.polyfit(t, leads * 1e-9, 1)
         apart = abs(slope) * t[-1]
         off = np.abs(leads * 1e-9 - begin - slope * t).max()
@@ -98,7 +96,6 @@ class ClockDrift(Suspect):
         )
         if self._drifts and self.finding is None:
             self.finding = Finding(self._said(slope, apart, t[-1]), {}, "clocks")
-        return None
 
     def _said(self, slope, apart, seconds):
         joints, wrench = self._topics
