@@ -28,7 +28,7 @@ ACCURACY_PARAMETERS = {
     "sensor_axes": ("accuracy.sensor_rpy",),
     "payload": ("accuracy.payload_mass", "accuracy.payload_com"),
     "orientation": ("accuracy.orientation",),
-    "diameter": ("accuracy.diameter",),
+    "diameter": ("accuracy.diameter", "accuracy.compliance"),
     "low_pass": ("wrench.low_pass",),
 }
 ACCURACIES = tuple(ACCURACY_PARAMETERS)

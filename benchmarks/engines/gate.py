@@ -14,6 +14,7 @@ friction: the share of samples from SETTLED on in which it is off by over four o
 flag: when it came, after the transition.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -115,15 +116,21 @@ def _insertion(which):
 
 
 def _peg(which):
-    plan = pegs.plan_of(which.rpartition("_")[0])
+    peg, _, contact = which.rpartition("_")
+    plan = pegs.plan_of(peg)
     scene = plan.configuration.scene
+    # What contacts give is stated, as a cell with such parts does.
+    accuracy = replace(plan.configuration.accuracy, compliance=pegs.COMPLIANCES[contact])
     with np.load(PINOCCHIO) as stored:
         rows = np.cumsum(stored[which], axis=0) * pegs.UNITS
     q, depth, force, moment, normal = np.split(rows, [3, 4, 7, 10], axis=1)
     t_ns = 1_000_000 * np.arange(1, len(rows) + 1)
     truth = SimpleNamespace(
         plan=SimpleNamespace(
-            configuration=plan.configuration, seed=0, wrench_rate=1000, joint_rate=500
+            configuration=replace(plan.configuration, accuracy=accuracy),
+            seed=0,
+            wrench_rate=1000,
+            joint_rate=500,
         ),
         t_ns=t_ns,
         q=q,

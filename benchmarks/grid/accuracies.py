@@ -65,6 +65,12 @@ def truth_named(name: str):
     return truth_of(MOTIONS[name])[0] if name in MOTIONS else other_pegs.cycle(name)
 
 
+def _load(truth) -> float:
+    """Return what all contacts carry together in the mean, while any does [N]."""
+    load = np.nansum(truth.normal, axis=1)
+    return float(load[load > 0.0].mean()) if (load > 0.0).any() else 0.0
+
+
 def spread_of(kind: str) -> Accuracy:
     """Return what is drawn of a kind: the default accuracies, the others exact."""
     if kind == ALL:
@@ -113,9 +119,11 @@ class Cell:
             payload_mass=wrench.payload_mass * (1.0 + accuracy.payload_mass * heavier),
             payload_com=tuple(np.array(wrench.payload_com) + accuracy.payload_com * com),
         )  # fmt: skip
+        # Contacts give by what they carry in the mean; what is stated has that much less room.
+        gives = accuracy.compliance * abs(draw.normal()) * _load(truth)
         self.stated = with_scene(
             truth,
-            peg_diameter=scene.peg_diameter + accuracy.diameter * thicker,
+            peg_diameter=scene.peg_diameter + accuracy.diameter * thicker + gives,
             hole_diameter=scene.hole_diameter + accuracy.diameter * wider,
         )
 

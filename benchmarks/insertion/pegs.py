@@ -41,6 +41,8 @@ PEGS = {
     "20_mm": Peg(0.020, 8e-5, 0.040, 0.2, 0.30, 0.1, 2e-3, 40.0),
     "50_mm": Peg(0.050, 1e-4, 0.070, 0.5, 0.20, 0.2, 5e-3, 100.0),
 }
+# By how much the contacts of each model of `pinocchio_traces.py` give [m/N].
+COMPLIANCES = {"metal": 2e-8, "soft": 1e-7}
 # Of the rows of `pinocchio_traces.py`: angles [rad], depth [m], force [N], moment [N m], normal
 # forces [N]; what is stored are differences of rows, in these.
 UNITS = np.repeat([1e-9, 1e-9, 1e-4, 1e-6, 1e-3], [3, 1, 3, 3, 3])

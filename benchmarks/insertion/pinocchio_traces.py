@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from benchmarks.insertion.pegs import PEGS, UNITS, plan_of
+from benchmarks.insertion.pegs import COMPLIANCES, PEGS, UNITS, plan_of
 from peg_on_hole_ros.measurements.angles import angles_of
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.dynamics import angular_velocity, rotation, scene_numbers
@@ -47,7 +47,10 @@ class Contact(NamedTuple):
     exact: bool
 
 
-CONTACTS = {"metal": Contact(5e7, 0.7, True), "soft": Contact(1e7, 0.1, False)}
+CONTACTS = {
+    "metal": Contact(1 / COMPLIANCES["metal"], 0.7, True),
+    "soft": Contact(1 / COMPLIANCES["soft"], 0.1, False),
+}
 NAMES = tuple(f"{peg}_{contact}" for peg in PEGS for contact in CONTACTS)
 
 

@@ -95,7 +95,7 @@ class JointInput:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How exact sensor, payload, encoders and gauge are, a standard deviation each; 0: exact."""
+    """How exact sensor, payload, encoders and parts are, a standard deviation each; 0: exact."""
 
     gain: float = 0.01
     crosstalk: float = 0.005
@@ -105,6 +105,7 @@ class Accuracy:
     payload_com: float = 1.0e-3
     orientation: float = 5.0e-4
     diameter: float = 1.0e-6
+    compliance: float = 2.0e-8
 
     @staticmethod
     def exact() -> "Accuracy":

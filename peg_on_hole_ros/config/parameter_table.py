@@ -393,6 +393,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         0.01,
     ),
+    _accuracy(
+        "compliance",
+        "by how much the contacts give, which takes clearance: 2e-8 for metal, 1e-7 to 1e-6 for "
+        "plastics; not used where scene.compliance_stddev or clearance_stddev is stated; 0: rigid",
+        "m/N",
+        0.0,
+        1e-5,
+    ),
     _filter(
         "method",
         f"the estimator: {'; '.join(METHOD_NAMES.values())}",

@@ -49,6 +49,8 @@ class Accuracies(Record):
         Offset of the orientation about each axis across the peg [rad].
     diameter : float
         Of each of the two diameters [m].
+    compliance : float
+        By how much contacts that give take of the clearance [m/N].
     lag : float
         By how much the wrench lags behind the load [s]; 0: by nothing.
     sensor_map : ndarray, shape (6, 6)
@@ -75,6 +77,7 @@ class Accuracies(Record):
     payload_place: float
     orientation: float
     diameter: float
+    compliance: float
     lag: float
     sensor_map: Matrix6
     payload_kg: float

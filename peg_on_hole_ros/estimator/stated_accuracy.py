@@ -49,7 +49,6 @@ for _first, _kind in (
     _KIND_OF[_first:] = _kind
 # Half of the variance of a gain is common to all channels, as of an amplifier or a reference load.
 _HALF = sqrt(0.5)
-_TWO_DIAMETERS = sqrt(2.0)
 
 
 @compiled
@@ -241,7 +240,7 @@ def _fill_effects(kalman: FilterRecord) -> None:
     # What is stated of tilt and clearance themselves takes the place of what they come from.
     tilt = stated.orientation if places.tilt < 0 else 0.0
     across = tilt / max(sin(x[0]), 1e-6)
-    diameter = _TWO_DIAMETERS * stated.diameter if places.clearance < 0 else 0.0
+    diameter = _clearance_off(kalman) if places.clearance < 0 else 0.0
     for k in range(ROWS):
         along, turned, thicker = 0.0, 0.0, 0.0
         for i in range(6):
@@ -252,6 +251,17 @@ def _fill_effects(kalman: FilterRecord) -> None:
         work.effect[TILTS, k] = tilt * along
         work.effect[TILTS + 1, k] = across * turned
         work.effect[DIAMETERS, k] = diameter * thicker
+
+
+@compiled
+def _clearance_off(kalman: FilterRecord) -> float:
+    """Return what the clearance may be off by: both diameters, and contacts that give [m]."""
+    stated, gives = kalman.accuracies, 0.0
+    if kalman.places.compliance < 0:
+        # Where K and B press in on either side, the peg has that much more room.
+        for i in range(kalman.places.reactions, kalman.places.reactions + 3):
+            gives += stated.compliance * max(kalman.state.mixture_mean[i], 0.0)
+    return sqrt(2.0 * stated.diameter * stated.diameter + gives * gives)
 
 
 @compiled

@@ -174,6 +174,7 @@ class WrenchReduction:
         stated.sensor_place, stated.sensor_axes = accuracy.sensor_xyz, accuracy.sensor_rpy
         stated.payload_mass, stated.payload_place = accuracy.payload_mass, accuracy.payload_com
         stated.orientation, stated.diameter = accuracy.orientation, accuracy.diameter
+        stated.compliance = accuracy.compliance
         stated.lag = self._lag
         stated.stated = int(accuracy != Accuracy.exact() or self._lag > 0.0)
         stated.sensor_map[:] = self.matrix

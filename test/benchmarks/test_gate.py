@@ -39,11 +39,9 @@ PARTS = ("three", "two")
 # Told the default accuracies, runs whose bounds do not hold the truth, and why.
 SHORT = {
     "closing 6": "70 %: contacts that give, f 0.29; reactions are 6 % off",
-    "closing 8": "79 %: contacts that give; reactions are 4 % off",
+    "closing 8": "80 %: contacts that give; reactions are 4 % off",
     "closing 9": "25 %: friction is learnt, and told as known, by over four deviations off",
     "insertion goes_in": "69 %: in the transition the edge comes and goes on the rim's facets",
-    "peg 10_mm_soft": "3 %: loads of 80 N press the contacts in by 8 of 20 um of clearance",
-    "peg 50_mm_soft": "0 %: loads of 100 N press the contacts in by 10 of 100 um of clearance",
 }
 # And which are at the limit: other arithmetic may put them on either side.
 AT_LIMIT = {"closing 5": "85.3 %"}
@@ -76,7 +74,8 @@ def _marked(name):
 def test_bounds_hold_what_another_engine_does(name):
     of = found(name, "stated")
     covered = [of[f"{part}_covered"] for part in PARTS]
-    assert np.nanmin(covered) >= COVERED, of
+    # Where nothing is called determined nothing is promised.
+    assert all(share >= COVERED for share in covered if np.isfinite(share)), of
 
 
 @pytest.mark.parametrize("name", gate.names())

@@ -132,7 +132,10 @@ def played(configuration, case, change=None, payload=False):
 
 @cache
 def plain(case, payload=False):
+    """Return what is stated, and the outputs by time [s]."""
     configuration = with_section(seen(case)[0], "wrench", **(PAYLOAD if payload else {}))
+    # What contacts give changes with the load: no error that a setting could have for a motion.
+    configuration = with_section(configuration, "accuracy", compliance=0.0)
     return configuration, played(configuration, case, payload=payload)
 
 
@@ -226,6 +229,23 @@ def test_what_is_stated_of_tilt_and_clearance_themselves_counts_once():
     assert with_tilt[0.5].monitor["doubt_orientation"] == 0.0
     gauged = played(with_section(configuration, "scene", clearance_stddev=2e-6), SLIP)
     assert gauged[0.5].monitor["doubt_diameter"] == 0.0
+
+
+def test_contacts_that_give_leave_more_open_the_more_they_carry():
+    configuration, _ = plain(SLIP)
+    rigid = replace(Accuracy.exact(), compliance=0.0, diameter=1e-6)
+    soft = replace(Accuracy.exact(), compliance=1e-7)
+    gauged, gives = (played(replace(configuration, accuracy=each), SLIP) for each in (rigid, soft))
+    for t in TIMES[SLIP]:
+        of_one_micrometre = gauged[t].monitor["doubt_diameter"] / np.sqrt(2.0)
+        load = gives[t].normal.sum()
+        # Friction has followed both over loads that were not all the same.
+        assert gives[t].monitor["doubt_diameter"] == pytest.approx(
+            1e-7 * load / 1e-6 * of_one_micrometre, rel=0.1
+        )
+    learnt = with_section(configuration, "scene", compliance_stddev=1e-8)
+    stated = played(replace(learnt, accuracy=soft), SLIP)
+    assert stated[0.5].monitor["doubt_diameter"] == 0.0
 
 
 def test_friction_is_known_no_better_than_what_it_was_learnt_from():
