@@ -21,6 +21,7 @@ FAMILIES = {
     "insertion_engine": "benchmarks.insertion.engine",
     "insertion_estimates": "benchmarks.insertion.estimates",
     "gate": "benchmarks.engines.gate",
+    "robot_cells": "benchmarks.robot_cells.drawn",
     "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
     "ablation": "benchmarks.ablation",
     "calibration": "benchmarks.calibration",

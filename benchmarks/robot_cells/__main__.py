@@ -12,6 +12,7 @@ engine's: pose and rates of the peg in the hole, and the normal forces at rim an
 import argparse
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,12 +28,21 @@ from peg_on_hole_ros.records import ANGLES, CONTACTS
 START_NS = 1_767_225_600_000_000_000
 # Above it a contact carries load, and a mode that lasts shorter is none [N], [ms].
 LOADED, SHORTEST = 0.3, 15
-# Robot, how it sends, period of its controller [s], and whether it sends its description.
+
+
+class Cell(NamedTuple):
+    """How a robot sends, the period of its controller [s], and whether it sends its URDF."""
+
+    driver: sensing.Driver
+    period: float
+    describes: bool
+
+
 CELLS = {
-    "ur_like": (sensing.UR_LIKE, 2e-3, False),
-    "ur_like_base": (sensing.UR_LIKE_BASE, 2e-3, False),
-    "franka_like": (sensing.FRANKA_LIKE, 1e-3, True),
-    "iiwa_like": (sensing.IIWA_LIKE, 1e-3, False),
+    "ur_like": Cell(sensing.UR_LIKE, 2e-3, False),
+    "ur_like_base": Cell(sensing.UR_LIKE_BASE, 2e-3, False),
+    "franka_like": Cell(sensing.FRANKA_LIKE, 1e-3, True),
+    "iiwa_like": Cell(sensing.IIWA_LIKE, 1e-3, False),
 }
 
 
@@ -52,17 +62,16 @@ def modes(rows, gamma0: float) -> np.ndarray:
     return found
 
 
-def write(path: Path, rows, name: str) -> None:
-    """Write the bag of a cell."""
-    driver, _, describes = CELLS[name]
-    arm = ARMS[name.removesuffix("_base")]
+def write(path: Path, rows, name: str, configuration=None, driver=None) -> None:
+    """Write the bag of a cell; what is not given is that of the shipped one."""
+    arm, driver = ARMS[name.removesuffix("_base")], driver or CELLS[name].driver
     sent, mode = sensing.sent(rows, arm, driver), modes(rows, GAMMA0)
     # Over the time of a message, as its wrench is.
     loads = np.stack([rows.normal[sent.rows - k] for k in range(driver.every)]).mean(axis=0)
     told = None
-    configuration, _ = load(f"config/cell_{name}.yaml")
+    configuration = configuration or load(f"config/cell_{name}.yaml")[0]
     with BagWriter(path, configuration, latched=["/robot_description"]) as bag:
-        if describes:
+        if CELLS[name].describes:
             bag.write("/robot_description", STRING, {"data": urdf(arm)}, START_NS)
         for k, wrench, joints, carried in zip(sent.rows, sent.wrench, sent.joints, loads):
             t_ns = START_NS + round(rows.t[k] * 1e9)
@@ -111,7 +120,7 @@ def main():
             continue
         from benchmarks.robot_cells.cell import run
 
-        rows = _rows(arguments.rows, arm, partial(run, arm, CELLS[name][1]))
+        rows = _rows(arguments.rows, arm, partial(run, arm, CELLS[name].period))
         for each in (cell for cell in CELLS if cell.removesuffix("_base") == name):
             path = arguments.out / "bags" / f"cell_{each}.mcap"
             write(path, rows, each)

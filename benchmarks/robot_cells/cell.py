@@ -1,23 +1,64 @@
 """One run of a cell in MuJoCo: an impedance controller sets the peg on the hole and inserts it."""
 
+from typing import NamedTuple
+
 import mujoco
 import numpy as np
 
 from benchmarks.robot_cells.arms import Arm, bodies, rotation
 from benchmarks.robot_cells.rows import GAMMA0, GRAVITY, PEG_MASS, D, H, Rows, d
 
-FRICTION = 0.15
 STEP = 1e-4
 BOXES, WALL = 720, 0.012
-# Where the hole is in the base, and how it lies [m], [rad].
-HOLE_XYZ, HOLE_RPY = (0.52, 0.08, 0.05), (0.02, -0.01, 0.4)
-# Contacts of steel, some 2 um for the loads here; stiffer ones chatter at the rate of the steps.
-CONTACT = f'condim="3" friction="{FRICTION} 0 0" solref="-1e7 -6000" solimp="0.5 0.5 0.001"'
 # Of the impedance [N/m], [N m/rad], as shares of critical damping.
 STIFFNESS, TURNING, DAMPING = 4000.0, 150.0, 0.9
 
 
-def scene(arm: Arm) -> str:
+class Setting(NamedTuple):
+    """
+    What differs from one run to another; the defaults are those of `bags/cell_*.mcap`.
+
+    Attributes
+    ----------
+    friction : float
+        Of all contacts.
+    stiffness, damping : float
+        Of a contact [N/m], [N s/m]. By default of steel, some 2 um for the loads here; stiffer
+        ones chatter at the rate of the steps.
+    hole_xyz, hole_rpy : tuple of 3 float
+        Where the hole is in the base, and how it lies [m], [rad].
+    gamma, psi : float
+        The tilt of the program as it touches down, and the direction of its lean [rad].
+    slip : float
+        By how much the program turns the peg about its own axis [rad].
+    press : tuple of 2 float
+        How far beyond the rim it presses, across and along the hole [m].
+
+    """
+
+    friction: float = 0.15
+    stiffness: float = 1e7
+    damping: float = 6e3
+    hole_xyz: tuple[float, float, float] = (0.52, 0.08, 0.05)
+    hole_rpy: tuple[float, float, float] = (0.02, -0.01, 0.4)
+    gamma: float = 0.28
+    psi: float = 0.3
+    slip: float = 1.5
+    press: tuple[float, float] = (0.002, 0.004)
+
+    @property
+    def contact(self) -> str:
+        """Return a contact's attributes in MuJoCo."""
+        return (
+            f'condim="3" friction="{self.friction} 0 0" '
+            f'solref="{-self.stiffness:g} {-self.damping:g}" solimp="0.5 0.5 0.001"'
+        )
+
+
+SHIPPED = Setting()
+
+
+def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
     """Return the model."""
     boxes = []
     for k in range(BOXES):
@@ -27,13 +68,13 @@ def scene(arm: Arm) -> str:
             f'<geom type="box" size="0.002 {length} {WALL}" pos="{x:.12g} {y:.12g} {-WALL}" '
             f'quat="{np.cos(a / 2):.12g} 0 0 {np.sin(a / 2):.12g}" class="rim"/>'
         )
-    R = rotation(HOLE_RPY)
+    R = rotation(setting.hole_rpy)
     axes = " ".join(f"{x:.12g}" for x in [*R[:, 0], *R[:, 1]])
-    place = " ".join(f"{x:.12g}" for x in HOLE_XYZ)
+    place = " ".join(f"{x:.12g}" for x in setting.hole_xyz)
     center = arm.peg_in_tool - H / 2
     peg = (
         f'<geom name="peg" type="cylinder" size="{d / 2} {H / 2}" pos="0 0 {center}" '
-        f'mass="{PEG_MASS}" contype="2" conaffinity="1" {CONTACT}/>'
+        f'mass="{PEG_MASS}" contype="2" conaffinity="1" {setting.contact}/>'
         f'<site name="peg" pos="0 0 {arm.peg_in_tool}" quat="0 1 0 0"/>'
     )
     return f"""<mujoco>
@@ -41,7 +82,9 @@ def scene(arm: Arm) -> str:
           integrator="implicitfast" ccd_tolerance="1e-10" tolerance="1e-10" iterations="50">
     <flag multiccd="disable"/>
   </option>
-  <default><default class="rim"><geom contype="1" conaffinity="2" {CONTACT}/></default></default>
+  <default><default class="rim">
+    <geom contype="1" conaffinity="2" {setting.contact}/>
+  </default></default>
   <worldbody>
     <body name="hole" pos="{place}" xyaxes="{axes}">{"".join(boxes)}</body>
     {bodies(arm, peg)}
@@ -74,10 +117,11 @@ def _smooth(t, begin, end):
     return u**3 * (10 - 15 * u + 6 * u * u)
 
 
-def commanded(t: float) -> tuple[np.ndarray, np.ndarray]:
+def commanded(t: float, setting: Setting = SHIPPED) -> tuple[np.ndarray, np.ndarray]:
     """Return where the program wants the peg's lower end, and its angles, in the hole."""
-    gamma = 0.28 - 0.20 * _smooth(t, 2.5, 5.0) - 0.08 * _smooth(t, 5.0, 6.4)
-    psi, phi = 0.3, 0.2 + 1.5 * (_smooth(t, 2.0, 6.6))
+    gamma = setting.gamma - (setting.gamma - 0.08) * _smooth(t, 2.5, 5.0)
+    gamma -= 0.08 * _smooth(t, 5.0, 6.4)
+    psi, phi = setting.psi, 0.2 + setting.slip * _smooth(t, 2.0, 6.6)
     # Where three contacts would have the lower end, and below gamma0 the mouth of the hole.
     tilt = max(gamma, GAMMA0)
     s, c = np.sin(tilt), np.cos(tilt)
@@ -86,32 +130,34 @@ def commanded(t: float) -> tuple[np.ndarray, np.ndarray]:
     if gamma < GAMMA0:
         h *= gamma / GAMMA0
     press = _smooth(t, 1.9, 2.3)
-    h -= PRESS[0] * press * (1 - _smooth(t, 5.0, 6.4))
-    above = 0.02 * (1 - _smooth(t, 0.7, 1.9)) - PRESS[1] * press
+    h -= setting.press[0] * press * (1 - _smooth(t, 5.0, 6.4))
+    above = 0.02 * (1 - _smooth(t, 0.7, 1.9)) - setting.press[1] * press
     down = -0.008 * _smooth(t, 6.0, 7.3)
     return np.array([h * np.cos(psi), h * np.sin(psi), z + above + down]), np.array(
         [gamma, psi, phi]
     )
 
 
-# How far beyond the rim the program presses, and how long it lasts [m], [s].
-PRESS, SECONDS = (0.002, 0.004), 7.6
+# How long the program lasts [s].
+SECONDS = 7.6
 
 
-def run(arm: Arm, period: float = 1e-3, seconds: float = SECONDS) -> Rows:
+def run(
+    arm: Arm, period: float = 1e-3, seconds: float = SECONDS, setting: Setting = SHIPPED
+) -> Rows:
     """Run the program; the controller has the period given [s]."""
-    model = mujoco.MjModel.from_xml_string(scene(arm))
+    model = mujoco.MjModel.from_xml_string(scene(arm, setting))
     data = mujoco.MjData(model)
     n = len(arm.joints)
     drives = [model.joint(f"drive_{name}").qposadr[0] for name in arm.joints]
     moved = [model.joint(f"drive_{name}").dofadr[0] for name in arm.joints]
     gears = [model.joint(f"gear_{name}").qposadr[0] for name in arm.joints]
     site, peg, sensor = (model.site("peg").id, model.geom("peg").id, model.site("sensor").id)
-    R_BH, p_BH = rotation(HOLE_RPY), np.array(HOLE_XYZ)
+    R_BH, p_BH = rotation(setting.hole_rpy), np.array(setting.hole_xyz)
     # A second model, of drives alone, is what the controller knows.
     known = mujoco.MjData(model)
     data.qpos[drives] = arm.start
-    wanted, q = commanded(0.0)
+    wanted, q = commanded(0.0, setting)
     _reach(model, known, data, drives, moved, site, p_BH + R_BH @ wanted, R_BH @ tilted(*q))
     _sag(model, data, drives, gears)
     at_start = data.qpos[gears].copy()
@@ -124,8 +170,9 @@ def run(arm: Arm, period: float = 1e-3, seconds: float = SECONDS) -> Rows:
     for k in range(round(seconds / STEP)):
         if k % every == 0:
             torque = _control(
-                model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr
-            )
+                model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr,
+                setting,
+            )  # fmt: skip
         data.qfrc_applied[moved] = torque
         mujoco.mj_step(model, data)
         mean += data.sensordata / per_row
@@ -147,7 +194,9 @@ def run(arm: Arm, period: float = 1e-3, seconds: float = SECONDS) -> Rows:
     return Rows(*(np.array(columns[name]) for name in Rows._fields))
 
 
-def _control(model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr):
+def _control(
+    model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr, setting
+):
     """Return the torques of the drives: a Cartesian impedance by the drives' angles."""
     known.qpos[:] = 0.0
     known.qpos[drives], known.qpos[gears] = data.qpos[drives], at_start
@@ -157,8 +206,8 @@ def _control(model, data, known, drives, moved, gears, at_start, site, home, R_B
     mujoco.mj_fwdVelocity(model, known)
     mujoco.mj_jacSite(model, known, J, Jr, site)
     A = np.vstack([J[:, moved], Jr[:, moved]])
-    wanted, q = commanded(data.time)
-    ahead, q_ahead = commanded(data.time + 1e-4)
+    wanted, q = commanded(data.time, setting)
+    ahead, q_ahead = commanded(data.time + 1e-4, setting)
     x, R = known.site_xpos[site], known.site_xmat[site].reshape(3, 3)
     goal, goal_next = R_BH @ tilted(*q), R_BH @ tilted(*q_ahead)
     pull = p_BH + R_BH @ wanted - x

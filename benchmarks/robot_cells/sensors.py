@@ -33,12 +33,11 @@ SENSORS = (
 def row(rows, every, force, torque, folder):
     """Return what a replay tells of one sensor, as a line of a table."""
     driver = replace(sensing.UR_LIKE, every=every, force_noise=force, torque_noise=torque)
-    bags.CELLS["ur_like"] = (driver, 0.0, False)
     path = folder / "cell.mcap"
-    bags.write(path, rows, "ur_like")
     configuration, _ = load("config/cell_ur_like.yaml")
     wrench = replace(configuration.wrench, force_stddev=force, torque_stddev=torque)
     configuration = replace(configuration, wrench=wrench)
+    bags.write(path, rows, "ur_like", configuration, driver)
     bag = Bag(path)
     truth, score, contact = read_truth(bag), None, []
     score = Score(truth)
