@@ -1,6 +1,6 @@
 """Wrenches and joint states of a recording as arrays, in the order in which they are taken."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from peg_on_hole_ros.messages.decode import (
     WRENCH_TYPE,
     checked_joints,
     checked_wrench,
+    frame_of,
     joint_sample,
     stamp_of,
     wrench_sample,
@@ -32,12 +33,15 @@ class Item(NamedTuple):
         When it was recorded; where that is wrong, when it must have been [ns].
     sample : WrenchSample, JointSample, Malformed or object
         Of other types the message, fields as attributes.
+    frame : str
+        frame_id; empty: none, or of a type that is not read.
 
     """
 
     topic: str
     log_ns: int
     sample: Any
+    frame: str = ""
 
 
 class Batch(NamedTuple):
@@ -97,14 +101,27 @@ class Batch(NamedTuple):
         name, ros_type = self._types[self.topic[i]]
         log_ns, layout = int(self.log_ns[i]), int(self.layout[i])
         if layout == NO_LAYOUT:
-            return Item(name, log_ns, _sample(ros_type, self.others[i], needed))
+            message = self.others[i]
+            return Item(name, log_ns, _sample(ros_type, message, needed), frame_of(message))
+        frame = self.layouts[layout].frame_id
         t_ns, values = int(self.t_ns[i]), self.values[i].tolist()
         if ros_type == WRENCH_TYPE:
             sample = WrenchSample(t_ns, tuple(values[:3]), tuple(values[3:6]))
-            return Item(name, log_ns, checked_wrench(sample))
+            return Item(name, log_ns, checked_wrench(sample), frame)
         names, width = self.layouts[layout].names, self.layouts[layout].width
         sample = JointSample(t_ns, names, tuple(values[:width]))
-        return Item(name, log_ns, checked_joints(sample, needed))
+        return Item(name, log_ns, checked_joints(sample, needed), frame)
+
+    def first_frame(self, sources: Mapping[str, str]) -> tuple[str, int] | None:
+        """Return frame_id and stamp [ns] of the first wrench that names a frame, or None."""
+        topics = [topic for topic in self.types if sources.get(topic) == "wrench"]
+        found = [
+            (int(at[0]), stretch.frame_id, int(stretch.t_ns[0]))
+            for topic in topics
+            for at, stretch in stretches(self, topic)
+            if stretch.frame_id
+        ]
+        return min(found)[1:] if found else None
 
     @property
     def _types(self):
@@ -187,7 +204,11 @@ def _odd(message, ros_type):
 
 
 def arrivals_of(
-    batch: Batch, sources: Mapping[str, str], joints: JointInput, orientation: JointOrientation
+    batch: Batch,
+    sources: Mapping[str, str],
+    joints: JointInput,
+    orientation: JointOrientation,
+    is_other: Callable[[str], bool] = lambda frame: False,
 ) -> Arrivals:
     """
     Return messages in their order; those of other topics are marked as not usable.
@@ -199,6 +220,8 @@ def arrivals_of(
         Which topics are `wrench` and `joints`.
     joints : JointInput
     orientation : JointOrientation
+    is_other : callable
+        Whether a frame_id is not that of the wrench: such ones are not usable as they are.
 
     """
     source = np.array([sources.get(topic, "") for topic in batch.types] or [""])[batch.topic]
@@ -208,7 +231,7 @@ def arrivals_of(
     for number, layout in enumerate(batch.layouts):
         fits = batch.layout == number
         at = np.flatnonzero(fits & of_wrench)
-        if len(at):
+        if len(at) and not is_other(layout.frame_id):
             sound[at] = sound_wrenches(batch.values[at, :6])
         at = np.flatnonzero(fits & of_joints)
         if len(at):

@@ -154,6 +154,9 @@ def inspect(
     result["clock"] = {topic: heard.statistics[topic].summary() for topic in readers}
     if seen.loop:
         result["remarks"].append(seen.loop)
+    of_frames = heard.stream.frames.line(heard.stream.t_ns)
+    if of_frames:
+        result["oddities"][wrench].append(of_frames)
     of_stamps = heard.stream.pipeline.causes_of_stamps
     result["remarks"] += [*of_stamps, *heard.stream.failed_looks, *bag.foreign()]
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)

@@ -99,6 +99,12 @@ def checked_joints(sample: JointSample, needed: tuple[str, ...] = ()) -> JointSa
     return sample
 
 
+def frame_of(message: Any) -> str:
+    """Return the frame_id of a message; empty where it has none."""
+    frame = getattr(getattr(message, "header", None), "frame_id", "")
+    return frame if isinstance(frame, str) else ""
+
+
 def stamp_of(message: Any) -> int | None:
     """Return the stamp of a decoded message [ns]; None: it has none, or a bad one."""
     try:

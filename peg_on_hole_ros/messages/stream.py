@@ -28,10 +28,11 @@ from peg_on_hole_ros.measurements.orientation import (
 )
 from peg_on_hole_ros.messages.beside_estimates import STRING, Message, OutputStream
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.messages.decode import Malformed, frame_of, joint_sample, wrench_sample
 from peg_on_hole_ros.messages.learnt_layout import JointsReader, WrenchReader
 from peg_on_hole_ros.messages.published import LAYOUTS, EstimateEncoder
 from peg_on_hole_ros.messages.tries import Tries, json_line
+from peg_on_hole_ros.messages.wrench_frames import WrenchFrames
 from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample
 from peg_on_hole_ros.robot.described import described, with_description
@@ -96,6 +97,8 @@ class MessageStream:
         frame_id of the wrench, see `take_frame`; None: not known yet.
     refused : str
         Why no wrench is used, as its frame_id contradicts what is stated; empty: they are.
+    frames : WrenchFrames
+        Which frame_id is that of the first wrench.
 
     """
 
@@ -106,6 +109,7 @@ class MessageStream:
         self.t_ns: int | None = None
         self.frame: str | None = None
         self.refused = ""
+        self.frames = WrenchFrames(configuration.wrench.sensor_pose == "frame_id")
         self._possible = GuardedLook(
             "still_possible", lambda: StillPossible(configuration), pipeline.failures
         )
@@ -127,7 +131,8 @@ class MessageStream:
     @property
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each."""
-        return self.pipeline.causes
+        line = self.frames.line(self.t_ns)
+        return [*([f"wrench: {line}"] if line else []), *self.pipeline.causes]
 
     @property
     def failed_looks(self) -> list[str]:
@@ -136,16 +141,31 @@ class MessageStream:
 
     def on_wrench(self, message: Any) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
-        columns = self.take_wrench(wrench_sample(message))
+        columns = self.take_wrench(wrench_sample(message), frame_of(message))
         return [] if columns is None else columns.messages(0)
 
-    def take_wrench(self, sample: WrenchSample | Malformed) -> OutputColumns | None:
-        """Take a wrench that was read, or what is wrong with it; return what it makes known."""
+    def take_wrench(
+        self, sample: WrenchSample | Malformed, frame: str = ""
+    ) -> OutputColumns | None:
+        """
+        Take a wrench that was read, or what is wrong with it; return what it makes known.
+
+        Parameters
+        ----------
+        sample : WrenchSample or Malformed
+        frame : str
+            Its frame_id; empty: that of the wrenches before, or none.
+
+        """
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
+        elif self.frames.is_other(frame):
+            self._unusable["wrench_dropped_other_frame"] += 1
+            self.frames.note(frame, sample.t_ns)
         elif self.refused:
             self._unusable["wrench_dropped_sensor_contradicted"] += 1
         else:
+            self.frames.begin(frame, sample.t_ns)
             return self._columns(self.pipeline.take_wrench(sample))
         return None
 
@@ -170,14 +190,15 @@ class MessageStream:
             Makes a message of it, or None; what differs in more than numbers needs that.
 
         """
-        sample = self._wrenches.read(payload)
+        sample, frame = self._wrenches.read(payload), ""
         if sample is None:
             message = read(payload)
             if message is None:
                 return None
-            sample = wrench_sample(message)
-            self._wrenches.learn(payload)
-        columns = self.take_wrench(sample)
+            sample, frame = wrench_sample(message), frame_of(message)
+            if not self.frames.is_other(frame):
+                self._wrenches.learn(payload)
+        columns = self.take_wrench(sample, frame)
         if columns is None:
             return None
         t_ns, numbers = int(columns.t_ns[0]), columns.numbers[0]

@@ -60,6 +60,8 @@ _USUAL_REASONS = (
     "before_joints",
     "last_wrench",
 )
+# What becomes of joint states without a wrench, and of wrenches that are told of by themselves.
+_OF_WRENCH = ("other_frame", "without_wrench", "last_wrench")
 # Longer than a mode takes [s].
 _DECLARED = 0.3
 _UNKNOWN = (
@@ -272,8 +274,12 @@ def lines(
 
     """
     told = list(causes or ())
+    # Joint states for which no wrench is left are its matter.
+    ended = "wrench_dropped_other_frame" in result["messages"]["dropped"]
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
+        if ended:
+            dropped = {k: n for k, n in dropped.items() if not k.endswith(_OF_WRENCH)}
         lost, odd = sum(dropped.values()), {}
         if 2 * lost <= count:
             odd = {

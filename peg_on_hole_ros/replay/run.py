@@ -338,7 +338,10 @@ def played(
     """
     joints = configuration.joints
     orientation = stream.pipeline.orientation
-    arrivals = arrivals_of(batch, sources, joints, orientation)
+    first = batch.first_frame(sources)
+    if first is not None:
+        stream.frames.begin(*first)
+    arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames.is_other)
     place = 0
     while place < len(batch):
         begin = place
@@ -360,7 +363,7 @@ def played(
             if stream.pipeline.orientation is not orientation:
                 # What was called has set the noise that orientations are given.
                 orientation = stream.pipeline.orientation
-                arrivals = arrivals_of(batch, sources, joints, orientation)
+                arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames.is_other)
             place += 1
             if columns is not None:
                 yield columns
@@ -374,7 +377,7 @@ def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> Out
     """
     source = sources.get(item.topic)
     if source == "wrench":
-        return stream.take_wrench(item.sample)
+        return stream.take_wrench(item.sample, item.frame)
     if source == "joints":
         stream.take_joints(item.sample)
     # A name that this version does not know changes nothing that it could repeat.

@@ -111,7 +111,8 @@ class TopicOddities:
             self._by_stamp = ByStamp()
         repeated = "" if self._repeats is None else describe(self._repeats)
         told = [repeated] if repeated else []
-        if len(self._frames) > 1:
+        # Of wrenches those of the first frame are used, and the others told of by the stream.
+        if len(self._frames) > 1 and self._names:
             frames = ", ".join(
                 f"{name!r} ({n})" for name, n in self._frames.most_common(_NAMES_SHOWN)
             )

@@ -54,11 +54,15 @@ class WouldUse:
     def add(self, batch: Batch) -> None:
         """Take a batch."""
         joints, orientation = self._configuration.joints, self.stream.pipeline.orientation
-        arrivals = arrivals_of(batch, self._sources, joints, orientation)
+        first, frames = batch.first_frame(self._sources), self.stream.frames
+        if first is not None:
+            frames.begin(*first)
+        arrivals = arrivals_of(batch, self._sources, joints, orientation, frames.is_other)
         usable, t_ns = arrivals.sound.copy(), batch.t_ns.copy()
         for i in np.flatnonzero(~usable).tolist():
-            sample = batch.item(i, joints.names).sample
-            if not isinstance(sample, Malformed) and hasattr(sample, "t_ns"):
+            _, _, sample, frame = batch.item(i, joints.names)
+            other = arrivals.of_wrench[i] and frames.is_other(frame)
+            if not other and not isinstance(sample, Malformed) and hasattr(sample, "t_ns"):
                 of_wrench = arrivals.of_wrench[i]
                 usable[i] = of_wrench or not isinstance(orientation(sample), str)
                 t_ns[i] = sample.t_ns

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from peg_on_hole_ros.bags.batch import stretches
 from peg_on_hole_ros.bags.reader import Bag
-from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.messages.decode import frame_of, joint_sample, wrench_sample
 from recorded import INPUTS, Row, joints, motion, wrench, write
 from small_bags import JOINTS, MS
 
@@ -45,7 +45,10 @@ def spoilt(draw):
 
 def by_fields(bag):
     read = {"/wrench": wrench_sample, "/joint_states": joint_sample}
-    return [(m.topic, m.log_ns, read[m.topic](m.message)) for m in bag.messages(INPUTS)]
+    return [
+        (m.topic, m.log_ns, read[m.topic](m.message), frame_of(m.message))
+        for m in bag.messages(INPUTS)
+    ]
 
 
 def exact(items):

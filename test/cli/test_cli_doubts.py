@@ -186,8 +186,8 @@ def of_two(t_ns, force, torque):
         (
             {"wrench_of": of_two},
             "wrench",
-            "messages of 2 frames, 'sensor' (581), 'right' (581), count as one's: two publish on "
-            "one topic; give each a topic of its own",
+            "frame_id is 'right' (581) in messages between those of 'sensor': two publish on one "
+            "topic, and the first alone is used; give each a topic of its own",
         ),
         (
             {"wrench_of": lambda t_ns, force, _: [wrench(t_ns, force)]},

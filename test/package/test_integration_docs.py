@@ -40,7 +40,7 @@ def counts():
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"
     # What never reached the pipeline, of either source or, where an error may be, of a service.
-    for name in literals(stream, r'\["(wrench_dropped_sensor_contradicted)"\]'):
+    for name in literals(stream, r'\["(wrench_dropped_[a-z]+_[a-z]+)"\]'):
         yield name
     for module in (stream, replay):
         for name in literals(module, r'f"\{(?:source|what)\}(_dropped_\w+)"'):
