@@ -76,7 +76,9 @@ class SettingsAgainstData:
         self._due.restart()
         stated = Stated(configuration, reduction, taken_off)
         for member in self._members:
-            if not (member.LASTS and member in self._looks):
+            if member.LASTS and member in self._looks:
+                self._looks[member](lambda it: it.restate(stated), None)
+            else:
                 make = partial(member, stated)
                 self._looks[member] = GuardedLook(member.NAME, make, self.failures)
         self._with = {part: self._that_have(part) for part in PARTS}

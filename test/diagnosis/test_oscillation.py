@@ -28,8 +28,8 @@ def oscillating(hertz, force, torque, end=2.0, begin=0.0):
     return changed
 
 
-def played(found):
-    line = Pipeline(from_parameters({}))
+def played(found, **parameters):
+    line = Pipeline(from_parameters(parameters))
     return line, list(line.play(found))
 
 
@@ -45,7 +45,8 @@ def figures(cause):
     [(30.0, 3.0, 0.15), *nightly((25.0, 6.0, 0.4), (83.7, 2.0, 0.1), (161.0, 1.0, 0.1))],
 )
 def test_an_arm_that_swings_is_named_and_no_contact_is_sure(hertz, force, torque):
-    line, outputs = played(oscillating(hertz, force, torque))
+    found = oscillating(hertz, force, torque)
+    line, outputs = played(found, **{"wrench.adopt_found": False})
     (cause,) = [each for each in line.causes if "noise" not in each]
     found = figures(cause)
     # A bin is 4 Hz; between two of them a Hann window tells a twentieth of one.
@@ -56,6 +57,20 @@ def test_an_arm_that_swings_is_named_and_no_contact_is_sure(hertz, force, torque
     later = [o for o in outputs if o.t_ns - outputs[0].t_ns > 800_000_000]
     assert {o.contact_mode for o in later} <= {"open", "unknown"}
     assert not any(o.monitor["reactions_determined"] for o in later)
+
+
+def test_a_loud_oscillation_counts_as_noise_and_contacts_are_told():
+    line, outputs = played(oscillating(25.0, 3.0, 0.15, end=3.0))
+    (cause,) = line.causes
+    assert "used in place of what is stated" in cause
+    wrench = line.configuration.wrench
+    # The root of its mean square; the stated noise is a tenth of that.
+    assert wrench.force_stddev == pytest.approx(3.0 / np.sqrt(2.0), rel=0.1)
+    assert wrench.torque_stddev == pytest.approx(0.15 / np.sqrt(2.0), rel=0.1)
+    # It touches down at 1.2 s; what then carries the load takes a second to be told from a swing.
+    in_contact = [o for o in outputs if o.t_ns - outputs[0].t_ns > 2_200_000_000]
+    assert np.mean([o.contact_mode == "three_point" for o in in_contact]) > 0.95
+    assert np.mean([bool(o.monitor["reactions_determined"]) for o in in_contact]) > 0.8
 
 
 def test_hum_of_the_mains_is_named_and_no_zero():

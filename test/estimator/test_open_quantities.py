@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from estimates import learnt as learnt_by
-from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.options import Accuracy, Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
@@ -95,6 +95,8 @@ def test_what_was_learnt_outlives_a_pause():
 
 def test_a_clearance_that_is_only_considered_stays_and_widens_the_bounds():
     motion, configuration, _, told = told_wrongly(0.02, clearance="considered")
+    # Of the filter alone: accuracies take the place of what is not stated.
+    configuration = replace(configuration, accuracy=Accuracy.exact())
     _, outputs = played(motion, configuration, 1, seconds=0.4)
     for row in outputs:
         assert row.monitor["clearance"] == pytest.approx(told, rel=1e-12)

@@ -13,6 +13,8 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Begins to look, by the settings that are used.
 `restart()`
     Forgets what a motion has shown.
+`restate(stated)`
+    Takes other settings and goes on, where it `LASTS`.
 `take_stamps(of_wrench, t_ns)`, `take_every_wrench(t_ns, wrenches)`, `count(wrenches)`,
 `take(instant, unsure)`, `take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
     What it looks at: the stamp of every message, in the order in which they came; every wrench

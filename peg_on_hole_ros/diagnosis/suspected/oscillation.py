@@ -1,5 +1,6 @@
 """An oscillation of the wrench: hum of the mains, or an arm that swings, at one frequency."""
 
+from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -7,6 +8,9 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import OSCILLATION_TEST
+
+# Root mean square of an oscillation, over its amplitude.
+_RMS = sqrt(0.5)
 
 
 class _Tone(NamedTuple):
@@ -22,7 +26,8 @@ class Oscillation(Suspect):
     Looks for one line in the spectrum of the wrench, in stretches of a quarter second.
 
     A motion and a touch-down have wide spectra; what stays at one frequency is none of them. It
-    has no mean, so that a zero that seems to be off is that of the moment.
+    has no mean, so that a zero that seems to be off is that of the moment. One that is loud counts
+    as noise, by the root of its mean square.
 
     Parameters
     ----------
@@ -35,18 +40,24 @@ class Oscillation(Suspect):
         (
             "`the wrench oscillates`, with frequency and amplitude: hum of the mains, or an arm "
             "that swings. Meanwhile no other setting is reported or adopted; where it exceeds the "
-            "stated noise by four times the mode is `unknown`, and `reactions_determined` is 0",
+            "stated noise by four times it counts as noise, and until then, or without "
+            "`wrench.adopt_found`, the mode is `unknown`, and `reactions_determined` is 0",
             "anywhere, after 0.8 s; from 12 Hz on",
         ),
     )
     WITHOUT_WRENCH = True
     LASTS = True
+    ADOPTS = True
 
     def __init__(self, stated: Stated) -> None:
+        self.finding: Finding | None = None
+        self.restate(stated)
+        self.restart()
+
+    def restate(self, stated: Stated) -> None:
+        """Take other noise, which may be that of the oscillation."""
         wrench = stated.configuration.wrench
         self._noise = np.array([wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3)
-        self.finding: Finding | None = None
-        self.restart()
 
     def restart(self) -> None:
         """Forget the wrenches so far."""
@@ -68,6 +79,14 @@ class Oscillation(Suspect):
             return False
         over = self._tone.force / self._noise[0], self._tone.torque / self._noise[3]
         return max(over) > OSCILLATION_TEST.loud
+
+    def _with(self, tone: _Tone) -> dict[str, object]:
+        """Return the noise that wrenches have with a tone."""
+        force, torque = self._noise[[0, 3]].tolist()
+        return {
+            "force_stddev": hypot(force, tone.force * _RMS),
+            "torque_stddev": hypot(torque, tone.torque * _RMS),
+        }
 
     def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process every wrench, see the package."""
@@ -92,7 +111,8 @@ class Oscillation(Suspect):
         elif self._without >= OSCILLATION_TEST.lasts:
             self._tone = None
         if self._tone and self._alike >= OSCILLATION_TEST.stretches - 1 and self.finding is None:
-            self.finding = Finding(_said(self._tone), {})
+            noise = self._with(self._tone) if self.unsure else {}
+            self.finding = Finding(_said(self._tone), noise)
 
     def _heard(self, t_ns, rows):
         """Return the line in the spectrum of a stretch, or None."""

@@ -141,6 +141,9 @@ class Suspect:
     def restart(self) -> None:
         """Forget what a motion has shown."""
 
+    def restate(self, stated: Stated) -> None:
+        """Take other settings and go on: where it `LASTS`, for others begin anew with them."""
+
     def take_stamps(self, of_wrench: np.ndarray, t_ns: np.ndarray) -> None:
         """
         Process every message that could be read, in the order in which they came.
