@@ -1,6 +1,7 @@
 """`peg-on-hole calibrate --payload`: what hangs below the sensor, and the sensor's zero."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,26 @@ from peg_on_hole_ros.identification.recording import Recording
 INTERVAL_STDDEVS = 1.96
 
 
-def found_payload(record: Recording, configuration: Configuration) -> tuple[dict, str]:
+class FoundPayload(NamedTuple):
+    """
+    What still poses tell.
+
+    Attributes
+    ----------
+    values : dict of str to object
+        Parameters.
+    text : str
+        To print.
+    payload : Payload
+
+    """
+
+    values: dict[str, object]
+    text: str
+    payload: Payload
+
+
+def found_payload(record: Recording, configuration: Configuration) -> FoundPayload:
     """
     Return the parameters that a recording of still poses tells, and the text to print.
 
@@ -26,7 +46,7 @@ def found_payload(record: Recording, configuration: Configuration) -> tuple[dict
     # A zero or a payload that is stated is found anew, whole.
     wrench = replace(configuration.wrench, payload_mass=0.0)
     found = find_payload(record, replace(configuration, wrench=wrench))
-    return _parameters(found), _payload_text(found)
+    return FoundPayload(_parameters(found), _payload_text(found), found)
 
 
 def _parameters(found: Payload):

@@ -1,21 +1,49 @@
 """`peg-on-hole calibrate --presses`: axes, sensor_rpy and acts_on from three presses of a hand."""
 
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.cli.progress import ProgressBar
+from peg_on_hole_ros.cli.recordings import measured_orientations
 from peg_on_hole_ros.cli.usable_samples import sound_wrenches, take_wrench
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.identification.presses import Presses, axes_of, find_axes, held_orientation
-from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.stream import orientation_of
-from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.identification.presses import (
+    Axes,
+    Presses,
+    axes_of,
+    find_axes,
+    held_orientation,
+)
+from peg_on_hole_ros.messages.decode import WRENCH_TYPE
+from peg_on_hole_ros.records import WrenchSample
 
 
-def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -> tuple[dict, str]:
+class FoundAxes(NamedTuple):
+    """
+    What three presses tell.
+
+    Attributes
+    ----------
+    values : dict of str to object
+        Parameters.
+    text : str
+        To print.
+    pressed : Presses
+    axes : Axes
+
+    """
+
+    values: dict[str, object]
+    text: str
+    pressed: Presses
+    axes: Axes
+
+
+def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -> FoundAxes:
     """
     Return the parameters that three presses tell, and the text to print.
 
@@ -44,7 +72,7 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
             progress(count / total)
             take_wrench(item.sample, samples, left_out)
     pressed = find_axes(sound_wrenches(samples, left_out))
-    R_HP = _orientation(bag, configuration)
+    R_HP = held_orientation(measured_orientations(bag, configuration))
     if R_HP is None and configuration.wrench.base_rpy is not None:
         raise BagError(
             f"{bag.path} has no joint state that can be used: with wrench.axes: "
@@ -52,22 +80,6 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
             "record the joint states too"
         )
     return _parameters_and_text(pressed, configuration, R_HP)
-
-
-def _orientation(bag, configuration):
-    """Return how the peg was held, R_HP, or None where no joint state tells it."""
-    topic = absolute(configuration.topics.joint_states)
-    info = bag.topics.get(topic)
-    if info is None or info.types not in ([JOINTS_TYPE], [""]):
-        return None
-    orientation, joints = orientation_of(configuration), configuration.joints
-    with ProgressBar("decoding") as progress:
-        measured = []
-        for count, item in enumerate(bag.items({topic: JOINTS_TYPE}, joints.names)):
-            progress(count / info.count)
-            if isinstance(item.sample, JointSample):
-                measured.append(orientation(item.sample))
-    return held_orientation([each for each in measured if not isinstance(each, str)])
 
 
 def _parameters_and_text(pressed: Presses, configuration, R_HP: np.ndarray | None):
@@ -92,4 +104,4 @@ def _parameters_and_text(pressed: Presses, configuration, R_HP: np.ndarray | Non
             f"in this pose the axes of {found.alike} look the same; where it may be these, press "
             "again with the peg held at another tilt"
         )
-    return values, "\n".join(lines)
+    return FoundAxes(values, "\n".join(lines), pressed, found)

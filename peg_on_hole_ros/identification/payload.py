@@ -43,6 +43,30 @@ class Payload(NamedTuple):
     missing: tuple[str, ...]
 
 
+class StillPoses(NamedTuple):
+    """
+    Poses at which a free peg is still.
+
+    Attributes
+    ----------
+    R_SH : ndarray, shape (n, 3, 3)
+        Hole axes in those of the sensor.
+    wrench : ndarray, shape (n, 6)
+        Means as the sensor reads them, sensor axes [N], [N m].
+    counts : ndarray of int, shape (n,)
+        Of how many wrenches each is the mean.
+
+    """
+
+    R_SH: np.ndarray
+    wrench: np.ndarray
+    counts: np.ndarray
+
+    def gravity(self, configuration: Configuration) -> np.ndarray:
+        """Return gravity in sensor axes, shape (n, 3) [m/s^2]."""
+        return self.R_SH @ np.array(configuration.scene.gravity)
+
+
 def find_payload(record: Recording, configuration: Configuration) -> Payload:
     """
     Return payload and zero by least squares; what hangs is free at every still pose.
@@ -59,13 +83,8 @@ def find_payload(record: Recording, configuration: Configuration) -> Payload:
         There is no still pose, or all have one direction of gravity.
 
     """
-    g_S, wrench, count = _poses(record, configuration)
-    if not len(g_S):
-        raise PegOnHoleError(
-            f"no pose of {STILL_POSE_TEST.shortest:g} s below {STILL_POSE_TEST.still_rate:g} "
-            "rad/s: let the peg hang free and still at three tilts or more, half a second each"
-        )
-    return payload_of(g_S, wrench, count, configuration)
+    poses = still_poses(record, configuration)
+    return payload_of(poses.gravity(configuration), poses.wrench, poses.counts, configuration)
 
 
 def payload_of(
@@ -123,8 +142,16 @@ def payload_of(
     return Payload(len(g_S), *payload, *zero, float(np.sqrt(np.mean(force**2))), missing)  # type: ignore[call-arg]
 
 
-def _poses(record, configuration):
-    """Return gravity in sensor axes, mean wrench and how many wrenches, of each still pose."""
+def still_poses(record: Recording, configuration: Configuration) -> StillPoses:
+    """
+    Return the poses at which the peg is still for long enough.
+
+    Raises
+    ------
+    PegOnHoleError
+        There is none.
+
+    """
     moved = motion(record)
     gamma, still = moved.q[:, 0], STILL_POSE_TEST.still_rate
     slow = np.abs(moved.rates[:, 0]) < still
@@ -134,7 +161,7 @@ def _poses(record, configuration):
     slow &= moved.valid
     edges = np.flatnonzero(np.diff(np.r_[False, slow, False].astype(int)))
     R_SP = rotation_from_rpy(configuration.wrench.sensor_rpy).T
-    found = [], [], []
+    axes, means, counts = [], [], []
     t, wrench = record.joint_t - configuration.joints.delay, in_sensor_axes(record, configuration)
     for begin, end in zip(edges[::2], edges[1::2]):
         if t[end - 1] - t[begin] < STILL_POSE_TEST.shortest:
@@ -143,10 +170,15 @@ def _poses(record, configuration):
         if not at.any():
             continue
         R_HP = peg_axes(moved.q[begin:end].mean(axis=0))
-        found[0].append(R_SP @ R_HP.T @ np.array(configuration.scene.gravity))
-        found[1].append(wrench[at].mean(axis=0))
-        found[2].append(int(at.sum()))
-    return tuple(np.array(each) for each in found)
+        axes.append(R_SP @ R_HP.T)
+        means.append(wrench[at].mean(axis=0))
+        counts.append(int(at.sum()))
+    if not axes:
+        raise PegOnHoleError(
+            f"no pose of {STILL_POSE_TEST.shortest:g} s below {STILL_POSE_TEST.still_rate:g} "
+            "rad/s: let the peg hang free and still at three tilts or more, half a second each"
+        )
+    return StillPoses(np.array(axes), np.array(means), np.array(counts))
 
 
 def _spread(g_S):
