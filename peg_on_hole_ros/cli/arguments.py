@@ -54,8 +54,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
-        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,
-        _node, _watch,
+        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _setup, _calibrate,
+        _compare, _node, _watch,
     ):  # fmt: skip
         add(commands)
     return top
@@ -87,17 +87,21 @@ def _bag(command, many=False):
         command.add_argument(
             f"--{name}-topic", metavar="TOPIC", help=f"read the {what} there, whatever is stated"
         )
+    _max_chunk(command)
+    command.add_argument(
+        "--bag-urdf",
+        action="store_true",
+        help="let the configuration in the bag name the file that is read as URDF",
+    )
+
+
+def _max_chunk(command):
     command.add_argument(
         "--max-chunk",
         metavar="MIB",
         type=float,
         default=64.0,
         help="most that a chunk may take unpacked [MiB]; default 64",
-    )
-    command.add_argument(
-        "--bag-urdf",
-        action="store_true",
-        help="let the configuration in the bag name the file that is read as URDF",
     )
 
 
@@ -269,6 +273,50 @@ def _inspect(commands):
         help="run the filter, and say which parameters the motion tells of",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _setup(commands):
+    command = _command(
+        commands,
+        "setup",
+        "settings of a cell step by step, by questions and recordings, each with how it is known",
+        "  peg-on-hole setup --out cell.yaml\n"
+        "  peg-on-hole setup --yes --from bags/setup_cell --config bags/setup_cell/stated.yaml "
+        "--out cell.yaml",
+    )
+    command.epilog += (
+        "\n\nAn answer may have its unit: 30 mm, 25 deg, 350 g. Ctrl-D or Ctrl-C ends; what was "
+        "found is\nkept in OUT. Exit code 2: what was found contradicts what is stated; OUT is "
+        "written all the same."
+    )
+    command.add_argument(
+        "--out", metavar="OUT.yaml", default="cell.yaml", help="to write; default cell.yaml"
+    )
+    command.add_argument("--config", metavar="START.yaml", help="what is stated already")
+    command.add_argument(
+        "--set", metavar="NAME=VALUE", action="append", help="state one more, as 30mm for 0.03 m"
+    )
+    command.add_argument("--urdf", metavar="FILE", help="the robot's description")
+    for kind, what in (
+        ("plate", "the peg pressing on the plate at three places and more around the hole"),
+        ("presses", "three presses of a hand on the hanging peg: up, along x, along y"),
+        ("poses", "the hanging peg still at four tilts"),
+        ("hang", "the peg hanging still above the hole"),
+        ("run", "an insertion"),
+    ):
+        command.add_argument(f"--{kind}", metavar="BAG", help=what)
+    command.add_argument(
+        "--from",
+        dest="folder",
+        metavar="FOLDER",
+        help="take plate, presses, poses, hang, run and the URDF from there, where they are",
+    )
+    command.add_argument(
+        "--yes", action="store_true", help="ask nothing: take what is given, and defaults"
+    )
+    _max_chunk(command)
+    # Topics are stated by --set, and no configuration in a bag is used.
+    command.set_defaults(wrench_topic=None, joints_topic=None, bag_urdf=False)
 
 
 def _calibrate(commands):

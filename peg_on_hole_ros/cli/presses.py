@@ -5,10 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.reader import Bag, absolute
-from peg_on_hole_ros.cli.progress import ProgressBar
-from peg_on_hole_ros.cli.recordings import measured_orientations
-from peg_on_hole_ros.cli.usable_samples import sound_wrenches, take_wrench
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.cli.recordings import measured_orientations, usable_wrenches
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.presses import (
@@ -18,8 +16,6 @@ from peg_on_hole_ros.identification.presses import (
     find_axes,
     held_orientation,
 )
-from peg_on_hole_ros.messages.decode import WRENCH_TYPE
-from peg_on_hole_ros.records import WrenchSample
 
 
 class FoundAxes(NamedTuple):
@@ -63,15 +59,7 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
         As `find_axes`.
 
     """
-    types = {absolute(configuration.topics.wrench): WRENCH_TYPE}
-    bag.require(types)
-    total = sum(bag.topics[topic].count for topic in types)
-    samples: list[WrenchSample] = []
-    with ProgressBar("decoding") as progress:
-        for count, item in enumerate(bag.items(types)):
-            progress(count / total)
-            take_wrench(item.sample, samples, left_out)
-    pressed = find_axes(sound_wrenches(samples, left_out))
+    pressed = find_axes(usable_wrenches(bag, configuration, left_out))
     R_HP = held_orientation(measured_orientations(bag, configuration))
     if R_HP is None and configuration.wrench.base_rpy is not None:
         raise BagError(

@@ -9,9 +9,9 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.recording import Recording, recording
 from peg_on_hole_ros.identification.tuned import CALIBRATED_RECORDING
-from peg_on_hole_ros.messages.decode import JOINTS_TYPE, Malformed
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE, Malformed
 from peg_on_hole_ros.messages.stream import orientation_of
-from peg_on_hole_ros.records import AngleMeasurement, JointSample
+from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.replay.advice import apart
 from peg_on_hole_ros.replay.run import check_bag
 
@@ -23,6 +23,29 @@ def left_out_line(counts: Counter[str]) -> str:
     """Return which messages were left out, by reason."""
     listed = ", ".join(f"{name} {count}" for name, count in sorted(counts.items()))
     return f"left out, by reason: {listed}"
+
+
+def usable_wrenches(
+    bag: Bag, configuration: Configuration, left_out: Counter[str]
+) -> list[WrenchSample]:
+    """
+    Return the wrenches of a bag that can be used; others are counted in `left_out`, by reason.
+
+    Raises
+    ------
+    BagError
+        There is no such topic.
+
+    """
+    types = {absolute(configuration.topics.wrench): WRENCH_TYPE}
+    bag.require(types)
+    total = sum(bag.topics[topic].count for topic in types)
+    samples: list[WrenchSample] = []
+    with ProgressBar("decoding") as progress:
+        for count, item in enumerate(bag.items(types)):
+            progress(count / total)
+            take_wrench(item.sample, samples, left_out)
+    return sound_wrenches(samples, left_out)
 
 
 def measured_orientations(bag: Bag, configuration: Configuration) -> list[AngleMeasurement]:

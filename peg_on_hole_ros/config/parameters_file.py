@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -176,7 +177,13 @@ def _flatten(tree, prefix, line, values, lines):
             values[full], lines[full] = value, tree.lines[key]
 
 
-def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
+# Begins the comment that says how a setting is known.
+KNOWN_COMMENT = "known:"
+
+
+def write_parameters(
+    parameters: dict[str, object], heading: str = "", known: Mapping[str, str] | None = None
+) -> str:
     """
     Return a ROS 2 parameters file with every parameter, each with unit, default and effect.
 
@@ -186,6 +193,8 @@ def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
         What differs from the defaults; checked.
     heading : str
         Lines put above as a comment.
+    known : mapping of str to str, optional
+        How each value is known, a line put above it as a comment.
 
     """
     values = check(parameters)
@@ -200,6 +209,8 @@ def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
             group = owner
         indent = "      " if owner else "    "
         lines.append(f"{indent}# {_comment(row)}")
+        if known is not None:
+            lines.append(f"{indent}# {KNOWN_COMMENT} {printable(known[row.name])}")
         lines.append(f"{indent}{name}: {_yaml(values[row.name])}")
     return "\n".join(lines) + "\n"
 

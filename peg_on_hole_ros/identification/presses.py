@@ -63,7 +63,7 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
         There are not three presses, or they are not at right angles.
 
     """
-    pressed = _pressed(samples)
+    pressed = np.array([press.force for press in pressed_stretches(samples)]).reshape(-1, 3)
     if len(pressed) != 3:
         raise PegOnHoleError(
             f"{len(pressed)} presses of {HAND_PRESS.least_force:g} N and "
@@ -97,13 +97,31 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     )
 
 
-def _pressed(samples):
-    """Return the mean change of force of each press, sensor axes, shape (n, 3)."""
-    t = np.array([sample.t_ns for sample in samples]) * 1e-9
+class Press(NamedTuple):
+    """
+    One press, as long as it is firm.
+
+    Attributes
+    ----------
+    begin_ns, end_ns : int
+        [ns]
+    force : ndarray, shape (3,)
+        Mean change of the force, in the axes of the numbers [N].
+
+    """
+
+    begin_ns: int
+    end_ns: int
+    force: np.ndarray
+
+
+def pressed_stretches(samples: Sequence[WrenchSample]) -> list[Press]:
+    """Return the presses of a recording in which most of the time nothing presses."""
+    t_ns = np.array([sample.t_ns for sample in samples], np.int64)
+    t = t_ns * 1e-9
     force = np.array([sample.force for sample in samples], float).reshape(-1, 3)
     if len(t) < 2:
-        return np.empty((0, 3))
-    # Most of the time nobody presses.
+        return []
     change = force - np.median(force, axis=0)
     width = max(1, round(HAND_PRESS.averaged * (len(t) - 1) / max(t[-1] - t[0], 1e-9)))
     box = np.ones(width) / width
@@ -117,10 +135,13 @@ def _pressed(samples):
             if t[i - 1] - t[begun] >= HAND_PRESS.shortest:
                 # Where the hand is firm its direction is.
                 part = slice(begun, i)
-                firm = size[part] > HAND_PRESS.firm_share * size[part].max()
-                found.append(change[part][firm].mean(axis=0))
+                firm = begun + np.flatnonzero(
+                    size[part] > HAND_PRESS.firm_share * size[part].max()
+                )
+                mean = change[firm].mean(axis=0)
+                found.append(Press(int(t_ns[firm[0]]), int(t_ns[firm[-1]]), mean))
             begun = None
-    return np.array(found).reshape(-1, 3)
+    return found
 
 
 class Axes(NamedTuple):

@@ -343,6 +343,12 @@ class StillPoseTest(NamedTuple):
     significance : float
         A payload below so many of its standard deviations has no mass centre [standard
         deviations].
+    most_left : float
+        Forces of still poses that are so far from a weight and a zero are in other axes, or
+        something touches [N]: means over half a second of a noise of 5 N are that near.
+    most_compensated : float
+        Where a controller takes the weight off, forces of still poses differ by less [N]: a
+        payload of 5 kg that it knows to 4 %.
 
     """
 
@@ -351,6 +357,8 @@ class StillPoseTest(NamedTuple):
     least_spread: float = 0.05
     center_stddev: float = 0.005
     significance: float = 4.0
+    most_left: float = 0.3
+    most_compensated: float = 2.0
 
 
 class HandPress(NamedTuple):
@@ -387,6 +395,60 @@ class HandPress(NamedTuple):
     most_miss: float = 30.0
 
 
+class InsertedEnd(NamedTuple):
+    """
+    When the end of a recording shows a peg in its hole.
+
+    Attributes
+    ----------
+    averaged : float
+        The peg's place and axis at the end are means over so long [s].
+    aside : float
+        The way into the hole is so many clearances wide at most [clearances]: the peg has one
+        to each side.
+    flex : float
+        An arm that is pushed aside by the hole seems to move by up to so much more [m].
+    least_depth : float
+        The peg has gone in by so many clearances at least [clearances]: it is within a tenth of
+        a radian of the hole's axis then.
+    most_off : float
+        A hole that is stated farther off than that, beyond what the clearance leaves open, is
+        stated wrongly [degrees]: what is read from a drawing or taught by hand is nearer.
+    most_aside : float
+        The same of its place [m].
+
+    """
+
+    averaged: float = 0.1
+    aside: float = 2.0
+    flex: float = 1e-4
+    least_depth: float = 10.0
+    most_off: float = 0.5
+    most_aside: float = 3e-3
+
+
+class TouchedPlateFit(NamedTuple):
+    """
+    Which touches show how a plate lies.
+
+    Attributes
+    ----------
+    least_spread : float
+        Root of the sum of squares of how far the touches lie from one line [m]: of nearer ones an
+        arm's errors of 0.1 mm would turn the plate by more than a degree.
+    stddev : float
+        Of one touch along the plate's normal [m]: an arm comes to a place within some 0.1 mm.
+    most_passes : int
+        Times that the plate and the lowest points of a leaning peg are found from each other
+        [count]; both settle within three.
+
+    """
+
+    least_spread: float = 0.005
+    stddev: float = 1e-4
+    most_passes: int = 5
+
+
 STEADY_SLIDING = SteadySliding()
 COUNTED_EVENTS = CountedEvents()
 FIRST_GUESS = FirstGuess()
@@ -399,6 +461,8 @@ NOISE_BLOCKS = NoiseBlocks()
 LOW_PASS_TEST = LowPassTest()
 STILL_POSE_TEST = StillPoseTest()
 HAND_PRESS = HandPress()
+INSERTED_END = InsertedEnd()
+TOUCHED_PLATE = TouchedPlateFit()
 
 
 class IdentificationNumbers(NamedTuple):
@@ -416,3 +480,5 @@ class IdentificationNumbers(NamedTuple):
     low_pass_test: LowPassTest = LOW_PASS_TEST
     still_pose_test: StillPoseTest = STILL_POSE_TEST
     hand_press: HandPress = HAND_PRESS
+    inserted_end: InsertedEnd = INSERTED_END
+    touched_plate: TouchedPlateFit = TOUCHED_PLATE

@@ -23,6 +23,8 @@ class Weight(NamedTuple):
         Between it and gravity as the settings have it [degrees].
     newtons : float
         What the weight contradicts that gravity by [N].
+    left : float
+        Root mean square of what no weight and zero explain [N].
 
     """
 
@@ -30,6 +32,7 @@ class Weight(NamedTuple):
     off: float
     off_stddev: float
     newtons: float
+    left: float
 
 
 def weight_of(poses: StillPoses, configuration: Configuration) -> Weight | None:
@@ -58,7 +61,8 @@ def weight_of(poses: StillPoses, configuration: Configuration) -> Weight | None:
     spread = float(np.sqrt(np.trace(across @ covariance[:3, :3] @ across) / 2.0)) / size
     off = acos(min(max(float(direction @ down), -1.0), 1.0))
     newtons = float(np.linalg.norm(pull - (pull @ down) * down))
-    return Weight(direction, degrees(off), degrees(spread), newtons)
+    apart = float(np.sqrt(np.mean((y - A @ theta) ** 2)))
+    return Weight(direction, degrees(off), degrees(spread), newtons, apart)
 
 
 class Zero(NamedTuple):

@@ -1,0 +1,1 @@
+"""What `peg-on-hole setup` does: its steps, questions, recordings and file."""

@@ -1,0 +1,272 @@
+"""What recordings tell of a cell: each function takes what was found in one into its settings."""
+
+from math import degrees, exp
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.suspected.stated_gravity import contradiction
+from peg_on_hole_ros.diagnosis.tuned import STATED_GRAVITY_TEST
+from peg_on_hole_ros.identification.low_pass import noise_of_neighbours
+from peg_on_hole_ros.identification.noise_levels import NoiseLevel, noise_levels
+from peg_on_hole_ros.identification.payload import Payload, StillPoses
+from peg_on_hole_ros.identification.presses import Axes, Presses
+from peg_on_hole_ros.identification.recording import Recording
+from peg_on_hole_ros.identification.selection import NORMAL_95
+from peg_on_hole_ros.identification.tuned import STILL_POSE_TEST
+from peg_on_hole_ros.identification.weight import weight_of, zero_of
+from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
+from peg_on_hole_ros.setup_steps.knowledge import (
+    FOLLOWS,
+    MEASURED,
+    STATED,
+    UNKNOWN,
+    Cell,
+    Known,
+)
+
+GRAVITY = "scene.gravity"
+# What a weight means nothing without.
+_WEIGHT_RESTS_ON = GRAVITY, "wrench.axes", "wrench.gravity", "scene.peg_mass"
+
+
+def take_presses(
+    cell: Cell, values: dict[str, object], pressed: Presses, axes: Axes, source: str
+) -> None:
+    """Take sign and axes of the wrench."""
+    forces = ", ".join(f"{force:.0f}" for force in pressed.forces)
+    how = f"three presses of {forces} N in {source}, off by {pressed.missed:.0f} degrees"
+    for name, value in values.items():
+        before, was = cell.value(name), cell.how(name)
+        more = f"; {was.how} it was {before}" if was.kind == STATED and before != value else ""
+        cell.put(name, value, Known(MEASURED, how + more))
+    if axes.axes != "sensor":
+        cell.add("wrench.axes", f"the axes of {axes.axes} by {axes.off:.0f} degrees")
+    elif not pressed.snapped:
+        cell.add("wrench.sensor_rpy", "no quarter turn is near: as exact as the hand alone")
+    if axes.alike:
+        cell.add(
+            "wrench.axes",
+            f"in this pose the axes of {axes.alike} look the same: press again at another tilt "
+            "where it may be these",
+        )
+
+
+def take_noise(cell: Cell, record: Recording, source: str) -> None:
+    """Take the noise of wrench and joints, and the low-pass before the wrench."""
+    stated = cell.value("wrench.force_stddev"), cell.value("wrench.torque_stddev")
+    filtered = noise_of_neighbours(record.wrench_t, record.wrench, stated)
+    force, torque, turned = noise_levels(record, filtered.pole)
+    _take_level(cell, "wrench.force_stddev", force, 1.0, source)
+    _take_level(cell, "wrench.torque_stddev", torque, 1.0, source)
+    # Of the orientation it is in units of what is stated of the joints.
+    _take_level(
+        cell, "joints.position_stddev", turned, cell.value("joints.position_stddev"), source
+    )
+    if filtered.cutoff > 0.0:
+        value = float(f"{filtered.cutoff:.3g}")
+        cell.put("wrench.low_pass", value, Known(MEASURED, f"noise of neighbours in {source}"))
+    elif filtered.enough and not cell.is_given("wrench.low_pass"):
+        cell.tell("wrench.low_pass", Known(MEASURED, f"{source} shows none"))
+
+
+def _take_level(cell: Cell, name: str, level: NoiseLevel | None, unit: float, source: str) -> None:
+    if level is None:
+        if not cell.is_given(name):
+            cell.tell(name, Known(UNKNOWN, f"{source} shows no noise; state it"))
+        return
+    value = unit * exp(level.log)
+    spread = NORMAL_95 * level.stddev * value
+    how = f"+- {spread:.2g}, differences of neighbours in {source}"
+    cell.put(name, float(f"{value:.3g}"), Known(MEASURED, how))
+
+
+def take_gravity(cell: Cell, configuration: Configuration, root: str) -> None:
+    """Say where gravity comes from; it contradicts the robot where it is stated so."""
+    joints = configuration.joints
+    if joints.robot_gravity is None:
+        return
+    if joints.robot_gravity == configuration.scene.gravity:
+        link = joints.gravity_link or f"{root}, the root link"
+        by = "as stated" if cell.is_given("joints.hole_rpy") else "at its default"
+        cell.tell(GRAVITY, Known(FOLLOWS, f"from -z of {link}, by hole_rpy {by}"))
+        return
+    told = contradiction(configuration)
+    if told:
+        cell.contradict(GRAVITY, told)
+
+
+def take_payload(cell: Cell, values: dict[str, object], payload: Payload, source: str) -> None:
+    """Take what hangs below the sensor, and the zero."""
+    by = f"{payload.poses} still poses in {source}"
+    spread = {
+        "wrench.payload_mass": f"+- {NORMAL_95 * payload.mass_stddev:.2g} kg",
+        "wrench.payload_com": f"+- {_largest(payload.com_stddev)} m",
+        "wrench.bias_force": f"+- {_largest(payload.bias_stddev[:3])} N",
+        "wrench.bias_torque": f"+- {_largest(payload.bias_stddev[3:])} N m",
+    }
+    for name, value in values.items():
+        how = f"{spread[name]}, {by}" if name in spread else by
+        cell.put(name, value, Known(MEASURED, how))
+    for line in payload.missing:
+        cell.add("wrench.payload_com", line)
+    doubt, peg = STILL_POSE_TEST.significance * payload.mass_stddev, cell.value("scene.peg_mass")
+    whole = payload.mass + peg
+    if payload.mass < -doubt and not any(map(cell.is_contradicted, _WEIGHT_RESTS_ON)):
+        if abs(whole) < doubt:
+            text = f"{by} weigh nothing: the controller takes the weight off: state compensated"
+            cell.contradict("wrench.gravity", text)
+        else:
+            text = f"{by} weigh {whole:.3g} kg in all, less than the peg of {peg:g} kg: weigh it"
+            cell.contradict("scene.peg_mass", text)
+    for basis in _WEIGHT_RESTS_ON:
+        if cell.is_contradicted(basis):
+            for name in values:
+                cell.add(name, f"it rests on {basis}, which is contradicted")
+
+
+def take_zero(cell: Cell, poses: StillPoses, configuration: Configuration, source: str) -> None:
+    """Take the zero from a peg that hangs still, with the payload as it is stated."""
+    zero = zero_of(poses, configuration)
+    by = f"the still peg in {source}, with the payload as it is stated"
+    for kind, unit, part in (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6))):
+        value = [float(f"{x:.5g}") for x in zero.value[part]]
+        spread = float(f"{np.sqrt(np.mean(zero.stddev[part] ** 2)):.2g}")
+        how = f"+- {NORMAL_95 * spread:.2g} {unit}, {by}"
+        cell.put(f"wrench.bias_{kind}", value, Known(MEASURED, how))
+        cell.put(f"wrench.bias_{kind}_stddev", spread, Known(MEASURED, by))
+
+
+def compare_zero(
+    cell: Cell, poses: StillPoses, configuration: Configuration, source: str, most: float
+) -> None:
+    """
+    Compare the zero of poses with a peg that hangs still in another recording.
+
+    Parameters
+    ----------
+    most : float
+        What may be left [N].
+
+    """
+    if any(map(cell.is_contradicted, _WEIGHT_RESTS_ON)):
+        # The weight of another tilt is another then.
+        return
+    wrench = configuration.wrench
+    left = zero_of(poses, configuration).value[:3] - np.array(wrench.bias_force)
+    size = float(np.linalg.norm(left))
+    line = f"the still peg in {source} is left {size:.2g} N of it"
+    if size <= most:
+        cell.add("wrench.bias_force", line)
+        return
+    cell.contradict(
+        "wrench.bias_force",
+        f"{line}: the zero has moved, or something touches or was mounted since; record poses "
+        "and hang again one after the other, or tare (wrench.tare_automatically: true)",
+    )
+
+
+def take_weight(
+    cell: Cell,
+    poses: StillPoses,
+    configuration: Configuration,
+    fixed_links: dict[str, np.ndarray],
+    source: str,
+) -> None:
+    """
+    Compare gravity with the direction in which still poses show the weight to pull.
+
+    Parameters
+    ----------
+    fixed_links : dict of str to ndarray, shape (3, 3)
+        Axes of the links that stand still, in the root link.
+
+    """
+    weight = weight_of(poses, configuration)
+    n = len(poses.counts)
+    if weight is None:
+        cell.add(GRAVITY, f"not tested: {n} still poses in {source}, of at least 3 tilts")
+        return
+    if cell.is_contradicted("wrench.axes"):
+        cell.add(GRAVITY, "not tested, as wrench.axes is contradicted")
+        return
+    doubt = STILL_POSE_TEST.significance * weight.off_stddev
+    said = (
+        f"the weight of {n} still poses in {source} is {weight.off:.2g} +- "
+        f"{NORMAL_95 * weight.off_stddev:.2g} degrees off it"
+    )
+    if weight.off <= max(STATED_GRAVITY_TEST.most_off, doubt):
+        cell.add(GRAVITY, f"{said}, contradicted by {weight.newtons:.2g} N")
+        return
+    R_RH = rotation_from_rpy(configuration.joints.hole_rpy)
+    down = R_RH @ weight.direction
+    fits = [
+        link
+        for link, R in fixed_links.items()
+        if degrees(np.arccos(np.clip(-R[:, 2] @ down, -1.0, 1.0))) <= STATED_GRAVITY_TEST.most_off
+    ]
+    g = [float(f"{9.80665 * x:.5g}") for x in weight.direction]
+    way = (
+        f"joints.gravity_link: {fits[0]} would fit"
+        if fits
+        else "if no link of the robot is upright, state joints.gravity_link: stated and "
+        f"scene.gravity: {g}"
+    )
+    cell.contradict(
+        GRAVITY,
+        f"{said}, {weight.newtons:.2g} N: {way}; else tip_frame, peg_rpy, sensor_rpy or the "
+        "order of joints.names is wrong",
+    )
+
+
+def compare_compensated(cell: Cell, poses: StillPoses, source: str) -> None:
+    """Compare the forces of still poses, which are one where a controller takes the weight off."""
+    force = poses.wrench[:, :3]
+    spread = float(np.sqrt(np.mean(np.sum((force - force.mean(axis=0)) ** 2, axis=1))))
+    said = f"the force changes by {spread:.2g} N between {len(force)} still poses in {source}"
+    if spread > STILL_POSE_TEST.most_compensated:
+        cell.contradict("wrench.gravity", f"{said}: the weight is in it, state measured")
+    else:
+        cell.add("wrench.gravity", f"{said}: it fits")
+
+
+def compare_axes(cell: Cell, left: float, others: dict[str, float], source: str) -> None:
+    """
+    Compare the axes of the wrench with those in which still poses fit a weight and a zero.
+
+    Parameters
+    ----------
+    left : float
+        What is left in the axes of the settings [N].
+    others : dict of str to float
+        The same in other axes.
+
+    """
+    if left <= STILL_POSE_TEST.most_left:
+        return
+    said = f"still poses in {source} are {left:.2g} N from any weight and zero"
+    best = min(others, key=lambda name: others[name], default="")
+    if best and others[best] <= STILL_POSE_TEST.most_left:
+        text = (
+            f"{said}, and {others[best]:.2g} N with wrench.axes: {best}: state it; if presses do "
+            "not find it, joints.peg_rpy or tip_frame is turned about the peg's axis"
+        )
+    else:
+        text = (
+            f"{said}: other axes, joints.peg_rpy, tip_frame or the order of joints.names, or "
+            "something touched"
+        )
+    cell.contradict("wrench.axes", text)
+
+
+def _largest(stddev: np.ndarray) -> str:
+    finite = stddev[np.isfinite(stddev)]
+    return f"{NORMAL_95 * finite.max():.2g}" if finite.size else "?"
+
+
+def shown_value(cell: Cell, configuration: Configuration, name: str) -> object:
+    """Return the value that is used of a parameter, which may follow from the robot."""
+    if name == GRAVITY:
+        return [float(f"{x:.5g}") + 0.0 for x in configuration.scene.gravity]
+    value = cell.value(name)
+    return list(value) if isinstance(value, tuple) else value
