@@ -8,6 +8,7 @@ from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.hole_by_end import hole_by_end
+from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
 from peg_on_hole_ros.replay.run import Replayed, check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import Summary
 from peg_on_hole_ros.setup_steps.hole_evidence import take_hole
@@ -44,6 +45,8 @@ def check_by_run(cell: Cell, bags: SetupBags, opened: Opened) -> list[str]:
     replayed, content, score = _replayed(opened)
     for line in replayed.causes:
         cell.contradict(_named(line), f"{line} (replay of {opened.name})")
+    if replayed.events.get(MISFIT_COUNT) and not replayed.causes:
+        cell.contradict("wrench", f"{MISFIT} (replay of {opened.name})")
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in content["contact_mode"].items())
     transition = content["transition_time"]
     lines = [
