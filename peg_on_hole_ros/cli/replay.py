@@ -37,7 +37,6 @@ from peg_on_hole_ros.messages.transforms import STATIC_TRANSFORM_TOPIC
 from peg_on_hole_ros.messages.tries import json_line
 from peg_on_hole_ros.monitor.pose_only import MODES_OFF as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
-from peg_on_hole_ros.replay.advice import other_units
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
 from peg_on_hole_ros.replay.topic_findings import two_robots
@@ -184,7 +183,7 @@ def replay(
         "reactions_void": None,
         "failed_looks": [],
     }
-    if replayed.reactions_are_void or other_units(configuration, replayed.seen):
+    if replayed.reactions_are_void:
         content = without_reactions(content)
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:

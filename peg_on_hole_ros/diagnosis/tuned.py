@@ -149,6 +149,8 @@ class WrongWrenchTest(NamedTuple):
         To which the mass centre is known [m].
     carried : float
         A holder's acceleration, over the most that it is stated to have [-].
+    vague : float
+        A zero that may be larger than this share of the weight may be taken for it [-].
 
     """
 
@@ -164,6 +166,176 @@ class WrongWrenchTest(NamedTuple):
     weight_known: float = 0.02
     center_known: float = 1e-3
     carried: float = 1.0 / 3.0
+    vague: float = 0.1
+
+
+class LargerUnitTest(NamedTuple):
+    """
+    When the noise of a wrench is that of another unit.
+
+    Attributes
+    ----------
+    times : float
+        It is so many times less than stated [-]: of a kilonewton a thousand times.
+    fewest : int
+        Wrenches from which on it is suspected [wrenches].
+    enough : int
+        And from which on it is told [wrenches].
+
+    """
+
+    times: float = 100.0
+    fewest: int = 8
+    enough: int = 100
+
+
+class LiesAcrossTest(NamedTuple):
+    """
+    When a peg lies across its hole.
+
+    Attributes
+    ----------
+    tilt : float
+        Tilt from which on it does [rad]: pegs are set on at some 0.3.
+    near : float
+        Its lower end is so near to the hole, over the peg's height [-].
+    looks : int
+        For so many looks in a row [looks].
+
+    """
+
+    tilt: float = 1.0
+    near: float = 1.0
+    looks: int = 25
+
+
+class SettingFitTest(NamedTuple):
+    """
+    When one setting explains wrench and motion of a cycle, and what is fitted.
+
+    Attributes
+    ----------
+    kept : int
+        Looks that are kept, 20 ms each [looks].
+    silence_ns : int
+        A silence of so long begins anew [ns].
+    fewest_air : int
+        Looks at a peg that hangs free, before contact [looks].
+    clear : float
+        A peg whose lowest point is so far above the rim hangs free, whatever the wrench [m].
+    before : int
+        Looks before the first contact that count for neither [looks]: touch-down is told late.
+    first : int
+        Looks in contact before the first judgement, and from one to the next [looks]; twice as
+        many as there are by then, where one decided nothing.
+    fewest : int
+        Rows that slide on the rim, at least [looks].
+    most : int
+        And at most, of all that there are [looks].
+    least_load : float
+        A load on the rim, at least [N].
+    loud : float
+        And so many times the noise [standard deviations].
+    above : float
+        Tilt over gamma0, at least, of three contacts [-].
+    nearest_tilt : float
+        Tilt over gamma0 of what is taken for three contacts, at least [-].
+    slowest : float
+        Below it a slip has no direction [m/s].
+    ahead : float
+        Time on both sides by which rates of turned axes are taken [s].
+    unexplained : float
+        Share of a load that friction, levers and inertia leave unexplained [-].
+    unexplained_much : float
+        And that any cell may have, with gears that bend and contacts that give [-].
+    zero_force : float
+        Spread of the force's zero, which a tare by wrong settings may have moved so far [N].
+    zero_torque : float
+        The same of the torque's [N m].
+    friction : float
+        Spread of friction about the stated one [-].
+    nothing : float
+        Squares of what is left of a row that nothing explains [-]: it counts no more.
+    nothings : tuple of float
+        The same on the way there [-]: from afar every row pulls.
+    steps : int
+        Steps on each [steps].
+    shortenings : int
+        Shortenings of a step [steps].
+    gained : float
+        Of less than this in squares the way ends [-].
+    delays : tuple of float
+        Delays to begin from [s]: between them there may be a hill.
+    sure : float
+        A kind is likelier than what is stated by so much [nats].
+    apart : float
+        And than any other [nats].
+    held_out : float
+        And, found in one half of the contact, in the other [nats].
+    explained : float
+        It leaves at most so many times the squares of the noise [-].
+    least_mass : float
+        The least mass that is told [kg].
+    least_weight : float
+        And as a share of all that hangs [-]: scales are that good.
+    near_mass : float
+        A mass lies where another is stated, to so much [m].
+    least_place : float
+        The least way of the sensor that is told [m].
+    least_turn : float
+        The least turn [rad].
+    least_larger : float
+        The least change of the logarithm of the clearance [nats].
+    least_delay : float
+        The least delay [s].
+    far : float
+        Squares of what is left of a row, of three components, that no noise makes [-].
+    often : float
+        In so large a share of the rows nothing fits [-].
+    looks : int
+        In so many judgements in a row [judgements].
+
+    """
+
+    kept: int = 600
+    silence_ns: int = 200_000_000
+    fewest_air: int = 25
+    clear: float = 5e-3
+    before: int = 3
+    first: int = 75
+    fewest: int = 60
+    most: int = 240
+    least_load: float = 8.0
+    loud: float = 12.0
+    above: float = 1.05
+    nearest_tilt: float = 1.02
+    slowest: float = 1e-4
+    ahead: float = 1e-3
+    unexplained: float = 0.005
+    unexplained_much: float = 0.03
+    zero_force: float = 30.0
+    zero_torque: float = 3.0
+    friction: float = 0.3
+    nothing: float = 50.0
+    nothings: tuple[float, ...] = (1e4, 500.0, 50.0)
+    steps: int = 4
+    shortenings: int = 4
+    gained: float = 0.5
+    delays: tuple[float, ...] = (-0.04, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.05)
+    sure: float = 15.0
+    apart: float = 8.0
+    held_out: float = 5.0
+    explained: float = 1.6
+    least_mass: float = 0.03
+    least_weight: float = 0.05
+    near_mass: float = 0.01
+    least_place: float = 5e-3
+    least_turn: float = 0.01
+    least_larger: float = 0.2
+    least_delay: float = 4e-3
+    far: float = 25.0
+    often: float = 0.4
+    looks: int = 2
 
 
 class DeadComponentTest(NamedTuple):
@@ -469,12 +641,26 @@ class RimMotionTest(NamedTuple):
         And so many times the noise [-].
     explained : float
         One that explains it leaves this share of that [-].
+    surely : float
+        A peg that leans leaves this share of that, or less [-]: a joint's zero leaves more.
+    surely_way : float
+        And a lower end that is elsewhere this one [-]: joints that are mixed up leave more.
+    at_noise : float
+        Or so many times the noise [-].
+    often : int
+        Looks in a row of which one explains it nearly, and none surely [looks].
     apart : float
         And this share of what any other leaves [-].
     least_lean : float
         A hole that leans by less is detected by no motion [rad].
     most_lean : float
-        Nor does one that leans by more fit [rad].
+        Nor does one that leans by more fit [rad]; nor a peg.
+    least_turn : float
+        A peg that leans by less in its tool is detected by no motion [rad].
+    least_way : float
+        A lower end that is nearer to where it is stated is not told [m].
+    most_way : float
+        Nor one that is so far away: no tool is [m].
     least_larger : float
         The same of the logarithm of the clearance over the stated one [nats].
     most_larger : float
@@ -493,9 +679,16 @@ class RimMotionTest(NamedTuple):
     share: float = 0.05
     noisy: float = 6.0
     explained: float = 0.35
+    surely: float = 0.28
+    surely_way: float = 0.05
+    at_noise: float = 1.5
+    often: int = 5
     apart: float = 0.6
     least_lean: float = 0.07
     most_lean: float = 1.0
+    least_turn: float = 0.02
+    least_way: float = 5e-3
+    most_way: float = 1.0
     least_larger: float = 0.35
     most_larger: float = 4.0
     steps: int = 8
@@ -547,6 +740,9 @@ BURSTS_TEST = BurstsTest()
 CLOCK_DRIFT_TEST = ClockDriftTest()
 CLOCK_STEP_TEST = ClockStepTest()
 DEAD_COMPONENT_TEST = DeadComponentTest()
+LARGER_UNIT_TEST = LargerUnitTest()
+LIES_ACROSS_TEST = LiesAcrossTest()
+SETTING_FIT_TEST = SettingFitTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 OSCILLATION_TEST = OscillationTest()
@@ -568,6 +764,9 @@ class DiagnosisNumbers(NamedTuple):
     clock_drift_test: ClockDriftTest = CLOCK_DRIFT_TEST
     clock_step_test: ClockStepTest = CLOCK_STEP_TEST
     dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST
+    larger_unit_test: LargerUnitTest = LARGER_UNIT_TEST
+    lies_across_test: LiesAcrossTest = LIES_ACROSS_TEST
+    setting_fit_test: SettingFitTest = SETTING_FIT_TEST
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST
     oscillation_test: OscillationTest = OSCILLATION_TEST

@@ -130,7 +130,9 @@ class SettingsAgainstData:
     @property
     def withholds(self) -> bool:
         """Whether no reactions are called determined."""
-        return any(look(lambda it: it.withholds, False) for look in self._with["withholds"])
+        return self.reactions_are_void or any(
+            look(lambda it: it.withholds, False) for look in self._with["withholds"]
+        )
 
     @property
     def due(self) -> tuple[int, int]:

@@ -73,8 +73,6 @@ _NEVER_THREE_POINT = (
     "rad: if the peg rested on the rim, check hole_diameter - peg_diameter (of bore and shank, "
     "not of chamfers) and joints.hole_rpy"
 )
-# So many times less than is stated, at least, is the noise of a wrench in another unit.
-_OTHER_UNIT = 100.0
 # Between the ways of two topics to the recorder there is less [s].
 _TRANSPORT = 0.05
 
@@ -165,10 +163,6 @@ class InputOddities:
     def odd(self, source: str) -> list[str]:
         """Return a line for each oddity in what those of `wrench` or `joints` hold."""
         return self._odd[source](lambda look: look.lines(), [])
-
-    def noise(self, name: str) -> float | None:
-        """Return the least noise of `force` or `torque`, see `TopicOddities`."""
-        return self._odd["wrench"](lambda look: look.noise(name), None)
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
@@ -303,20 +297,5 @@ def lines(
     told += [NOT_TOLD] if undecided and NOT_TOLD not in told else []
     odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += [line for line in odd_lines if line not in told]
-    told += other_units(configuration, seen)
     told += [seen.loop] if seen.loop else []
     return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]
-
-
-def other_units(configuration: Configuration, seen: InputOddities) -> list[str]:
-    """Return a line for force and for torque whose noise is that of a larger unit."""
-    told = []
-    for name, unit in (("force", "N"), ("torque", "N m")):
-        noise, stated = seen.noise(name), getattr(configuration.wrench, f"{name}_stddev")
-        if noise and noise * _OTHER_UNIT < stated:
-            told.append(
-                f"wrench: the noise of the {name} is {noise:.2g} {unit}, {stated / noise:.0f} "
-                f"times less than wrench.{name}_stddev = {stated:g} {unit}: a wrench in k{unit} "
-                "(units are N, N m), whose reactions mean nothing here, or noise stated far wrong"
-            )
-    return told

@@ -2,8 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from math import sqrt
-from statistics import median
 
 import numpy as np
 
@@ -48,7 +46,6 @@ class TopicOddities:
         # Where messages come out of order, positions do not jump.
         self._by_stamp = ByStamp()
         self._count = self._jumps = 0
-        self._steps: dict[str, list[float]] = {"force": [], "torque": []}
         self._widest = 0.0
         self._repeats = new_repeats()
         self._latest = np.empty(0)
@@ -80,9 +77,6 @@ class TopicOddities:
             if name not in self._changed and (values[:, part] != first).any():
                 self._changed.add(name)
         if not self._names:
-            for name, part in _OF_WRENCH.items():
-                steps = np.linalg.norm(np.diff(values[:, part], axis=0), axis=1)
-                self._steps[name] += steps[: _MOST_STEPS - len(self._steps[name])].tolist()
             return
         self._look_for_jumps(*self._by_stamp.take(t_ns, values))
 
@@ -96,13 +90,6 @@ class TopicOddities:
         jumps = (seconds >= 0.0) & (way > np.maximum(_ENCODER_STEP, _FASTEST_JOINT * seconds))
         self._jumps += int(jumps.sum())
         self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
-
-    def noise(self, name: str) -> float | None:
-        """Return at least what noise `force` or `torque` has [N], [N m]; None: few messages."""
-        steps = self._steps[name]
-        # Half of the steps of three noisy components are longer than sqrt(2 * 2.37) deviations; a
-        # motion makes them longer still.
-        return median(steps) / sqrt(4.73) if len(steps) >= _MOST_REPEATS else None
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""

@@ -47,8 +47,9 @@ def hints(name, turn=None, clearance=1.0, chamfers=(0.0, 0.0)):
     )
     stated = replace(configuration, joints=joints, scene=scene)
     replayed = replay_bag(bag, stated, 0.0, [])
-    # Either bends the reactions by far.
-    assert replayed.reactions_are_void == any("the peg's path fits" in c for c in replayed.causes)
+    # Either bends the reactions by far, also where the path does not tell which it is.
+    told = [c for c in replayed.causes if "the peg's path" in c or "wrench and motion" in c]
+    assert replayed.reactions_are_void == bool(told)
     return replayed.causes
 
 

@@ -116,6 +116,8 @@ NOT_TUNED = {
     "monitor/trend": {"LARGEST": "bound of what squares are finite of"},
     "diagnosis/guarded_looks": {"_MOST": "characters of a text"},
     "diagnosis/hypotheses": {"_KN _N_MM _KN_M": "units"},
+    "diagnosis/setting_fit": {"COORDINATES": "how many", "_TINY": "against division by zero"},
+    "diagnosis/suspected/rim_motion": {"_VALUES": "how many"},
     "diagnosis/suspected/unobservable": {"_FRICTION _CLEARANCE _GAMMA _LEVER": "places"},
 }
 

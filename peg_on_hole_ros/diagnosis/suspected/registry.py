@@ -6,7 +6,10 @@ from peg_on_hole_ros.diagnosis.suspected.clock_step import ClockStep
 from peg_on_hole_ros.diagnosis.suspected.dead_component import DeadComponent
 from peg_on_hole_ros.diagnosis.suspected.delay import Delay
 from peg_on_hole_ros.diagnosis.suspected.free_air import FreeAir
+from peg_on_hole_ros.diagnosis.suspected.larger_unit import LargerUnit
+from peg_on_hole_ros.diagnosis.suspected.lies_across import LiesAcross
 from peg_on_hole_ros.diagnosis.suspected.low_pass import LowPass
+from peg_on_hole_ros.diagnosis.suspected.one_setting import OneSetting
 from peg_on_hole_ros.diagnosis.suspected.oscillation import Oscillation
 from peg_on_hole_ros.diagnosis.suspected.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import StatedGravity
@@ -16,6 +19,6 @@ from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    ClockStep, ClockDrift, Bursts, Oscillation, DeadComponent, StatedGravity, WrongWrench,
-    FreeAir, LowPass, RimMotion, Delay, Unobservable,
+    ClockStep, ClockDrift, Bursts, Oscillation, DeadComponent, LargerUnit, LiesAcross,
+    StatedGravity, WrongWrench, FreeAir, LowPass, RimMotion, OneSetting, Delay, Unobservable,
 )  # fmt: skip

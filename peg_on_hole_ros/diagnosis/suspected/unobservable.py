@@ -226,6 +226,7 @@ class Unobservable(Suspect):
                 "or makes up for a force along the peg, a lever or a weight that is off",
                 {},
                 "scene",
+                hint=True,
             )
 
 

@@ -72,6 +72,10 @@ class WrongWrench(Suspect):
         self._cell = _cell(configuration)
         self._noise = self._cell["noise"][0]
         self._known = self._noise.copy()
+        hung = configuration.scene.peg_mass + configuration.wrench.payload_mass
+        weight = hung * float(np.linalg.norm(configuration.scene.gravity))
+        zero = configuration.wrench.bias_force_stddev
+        self._vague = zero > WRONG_WRENCH_TEST.vague * weight
         self.restart()
 
     def restart(self) -> None:
@@ -154,6 +158,10 @@ class WrongWrench(Suspect):
             return
         before, after = (float(np.median(balances["unbalanced"][tried, i])) for i in (0, best))
         if after > min(WRONG_WRENCH_TEST.halved * before, self._balanced()):
+            return
+        # A zero that may be as large as the weight, or a wrong mass, looks like a weight that is
+        # taken off: `one_setting` tells them apart, once the peg has turned.
+        if self._vague and self._all[best].options.gravity != self._stated.gravity:
             return
         self.doubtful = bool(gains[best] > WRONG_WRENCH_TEST.doubt)
         # What states the same and more is no rival: it is tried again from there on.
