@@ -621,6 +621,25 @@ class OscillationTest(NamedTuple):
     mains: tuple[float, ...] = (50.0, 60.0, 100.0, 120.0)
 
 
+class StandingWrenchTest(NamedTuple):
+    """
+    When a wrench that stands still is reported; when it does: `measurements.standing_wrench`.
+
+    Attributes
+    ----------
+    zeros_ns : int
+        Zeros where a weight hangs at the sensor [ns]: with diagnostics of 1 Hz that is soon, and a
+        message that was lost is none.
+    held_ns : int
+        Another value of a sensor with noise [ns]: a driver that bridges a lost packet by the last
+        value is in order.
+
+    """
+
+    zeros_ns: int = 150_000_000
+    held_ns: int = 500_000_000
+
+
 class RimMotionTest(NamedTuple):
     """
     What the path of a peg on the rim shows of hole and clearance.
@@ -746,6 +765,7 @@ SETTING_FIT_TEST = SettingFitTest()
 DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 OSCILLATION_TEST = OscillationTest()
+STANDING_WRENCH_TEST = StandingWrenchTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
@@ -770,6 +790,7 @@ class DiagnosisNumbers(NamedTuple):
     delay_trial: DelayTrial = DELAY_TRIAL
     free_air_test: FreeAirTest = FREE_AIR_TEST
     oscillation_test: OscillationTest = OSCILLATION_TEST
+    standing_wrench_test: StandingWrenchTest = STANDING_WRENCH_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

@@ -24,6 +24,8 @@ from peg_on_hole_ros.engine.settings_against_data import SettingsAgainstData
 from peg_on_hole_ros.engine.snapshots import in_use
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.measurements.repeats import Runs
+from peg_on_hole_ros.measurements.tuned import STANDING_WRENCH
 from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import withhold
@@ -79,6 +81,7 @@ class Engine:
         self._order = arrival_order.new_order(configuration)
         self._ring = ring.new_ring(self.processor.filter.state)
         self._batch = np.zeros(1, dtype_of(BatchProgress))
+        self._runs = Runs()
         self.latest: OutputView | None = None
         self._flag = False
 
@@ -194,7 +197,9 @@ class Engine:
         now = int(self._batch[0]["taken"]), int(self._batch[0]["rows"])
         if now[0] > taken:
             t_ns, which = given.taken_ns[taken : now[0]], given.taken[taken : now[0]]
-            self.settings_against_data.take_every_wrench(t_ns, arrivals.wrenches[which])
+            wrenches = arrivals.wrenches[which]
+            news = self._runs.take(wrenches) <= STANDING_WRENCH.fewest
+            self.settings_against_data.take_every_wrench(t_ns[news], wrenches[news])
         if now[1] > rows:
             some = slice(rows, now[1])
             self._note_rows(Rows(given.t_ns[some], given.rows[some]))
@@ -256,14 +261,14 @@ class Engine:
         if measured is None or self.processor.is_saturated:
             return False
         latest = self.latest
-        still = self.processor.wrench_stands_still
         if latest is not None and latest.row["contact_mode"] == Mode.THREE_POINT:
             known = latest.row["reactions_determined"] == 1.0
             self.settings_against_data.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
             self.settings_against_data.leave_three_contacts()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
-        if not self.settings_against_data.take(Instant(sample, measured, still, in_air)):
+        instant = Instant(sample, measured, self.processor.standing, in_air)
+        if not self.settings_against_data.take(instant):
             return False
         self._use_found()
         return True

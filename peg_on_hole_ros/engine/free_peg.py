@@ -83,7 +83,7 @@ def _not_still(outputs, processor):
 
 def _not_its_weight(samples, processor, payload_unknown):
     """Return why the reading is not that of a weight and a plausible zero, or nothing."""
-    if processor.wrench_stands_still or processor.is_saturated:
+    if processor.standing is not None or processor.is_saturated:
         return "the wrench stands still, or at the end of its range"
     rows = np.array([[*sample.force, *sample.torque] for sample in samples])
     parts = np.array_split(rows, TARE.parts)

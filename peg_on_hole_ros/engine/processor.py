@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.suspected.suspect import Standing
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.ring import Unit
 from peg_on_hole_ros.engine.state import COUNTS, EngineState, Rules
@@ -232,9 +233,18 @@ class Processor:
         return bool(saturated.is_off(self.engine.wrench_noise.saturated))
 
     @property
-    def wrench_stands_still(self) -> bool:
-        """Whether the wrench repeats one value while the peg turns."""
-        return bool(repeated.is_off(self.engine.wrench_noise.repeated))
+    def standing(self) -> Standing | None:
+        """Of a wrench that repeats one value, and is no measurement; None: it is one."""
+        state = self.engine.wrench_noise.repeated
+        if not repeated.is_off(state):
+            return None
+        since_ns = round(state.repeats.since * 1e9)
+        return Standing(since_ns, bool(state.zeros), bool(state.turned_away))
+
+    @property
+    def stood_still_until_ns(self) -> int:
+        """Stamp of the last wrench that was not used, as it repeated one value; 0: none [ns]."""
+        return int(self.engine.wrench_noise.repeated.off_ns)
 
     @property
     def left_out(self) -> str:

@@ -129,7 +129,8 @@ class Requests:
         if seconds < TARE.least_ns * 1e-9:
             return (
                 f"{len(samples)} wrenches over {seconds:.3g} s have come since a start, reset or "
-                f"silence (filter.max_gap), {TARE.least_ns * 1e-9:g} s are needed; call again then"
+                "silence (filter.max_gap), or since it stood still, "
+                f"{TARE.least_ns * 1e-9:g} s are needed; call again then"
             )
         return ""
 
@@ -155,10 +156,13 @@ class Requests:
         )
 
     def _latest(self) -> list[WrenchSample]:
-        """Return the wrenches that a mean is taken of: the last, with no silence between."""
+        """Return those of a mean: the last, with no silence between, since it stood still."""
         last: list[WrenchSample] = []
         silence_ns = self._engine.configuration.filter.max_gap * 1e9
+        stood_ns = self._engine.processor.stood_still_until_ns
         for sample in reversed(self._engine.recent):
+            if sample.t_ns <= stood_ns:
+                break
             if last:
                 since_ns = last[0].t_ns - sample.t_ns
                 lasts_ns = last[0].t_ns - last[-1].t_ns

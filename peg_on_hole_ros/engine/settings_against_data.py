@@ -82,6 +82,9 @@ class SettingsAgainstData:
                 make = partial(member, stated)
                 self._looks[member] = GuardedLook(member.NAME, make, self.failures)
         self._with = {part: self._that_have(part) for part in PARTS}
+        self._without_wrench = [
+            look for member, look in self._looks.items() if member.WITHOUT_WRENCH
+        ]
 
     def _that_have(self, part: str) -> list[GuardedLook[Suspect]]:
         """Return the looks that have a part of the interface as their own."""
@@ -228,7 +231,10 @@ class SettingsAgainstData:
         self._due.take(instant.sample.t_ns)
         self._hand_on_arrived()
         unsure = False
-        for look in self._with["take"]:
+        looks = self._with["take"]
+        if instant.standing is not None:
+            looks = [look for look in looks if look in self._without_wrench]
+        for look in looks:
             look(partial(_take, instant, unsure), None)
             unsure = unsure or _is_unsure(look)
         hidden = any(look(_hides, False) for look in self._looks.values())

@@ -70,6 +70,7 @@ class Counts(Record):
     wrench_spike: int
     wrench_noisy: int
     wrench_saturated: int
+    wrench_stands_still: int
     wrench_dropped_without_orientation: int
 
 

@@ -17,10 +17,15 @@ from peg_on_hole_ros.measurements.freshness import is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise import registry as wrench_noise
-from peg_on_hole_ros.measurements.wrench_noise import rough, saturated
+from peg_on_hole_ros.measurements.wrench_noise import repeated, rough, saturated
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
-from peg_on_hole_ros.measurements.wrench_reduction import note_load, note_payload, reduce_wrench
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.measurements.wrench_reduction import (
+    note_load,
+    note_payload,
+    reduce_wrench,
+    turned_to_peg,
+)
+from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor import memory as monitor
 from peg_on_hole_ros.monitor.assessment import contacts_of
@@ -263,12 +268,30 @@ def _on_either_side(e):
 
 
 @compiled
+def _zeros_are_loaded(e, wrench):
+    """Return whether a wrench is of zeros that are not those of a free peg, by more than noise."""
+    kalman: FilterRecord = e.filter[0]
+    for i in range(6):
+        if wrench[i] != 0.0:
+            return False
+        e.wrench[i] = 0.0
+    q, gravity = kalman.state.mixture_mean, filter_steps.gravity(e.filter)
+    reduce_wrench(e.reduction, e.wrench, q, gravity, e.u)
+    mass, weight, left = scene_of(kalman.scene).m, turned_to_peg(q, gravity), 0.0
+    for i in range(3):
+        left += (e.u[i] + mass * weight[i]) ** 2
+    return left > (KNOWN_MOTION.loaded * KNOWN_MOTION.loaded) * 3.0 * e.variance[0]
+
+
+@compiled
 def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     in_air = e.memory.declared.mode == Mode.OPEN
     settings = e.filter[0].settings
+    e.wrench_noise.repeated.loaded = _zeros_are_loaded(e, wrench)
     received = Received(t_ns, wrench, e.variance, in_air, e.fresh.oriented, settings)
     wrench_noise.follow(e.wrench_noise, received)
+    e.counts.wrench_stands_still += repeated.is_off(e.wrench_noise.repeated)
     e.counts.wrench_saturated += saturated.is_off(e.wrench_noise.saturated)
     e.counts.wrench_noisy += rough.factor(e.wrench_noise.rough) > 1.0
     times = wrench_noise.factor(e.wrench_noise)

@@ -113,6 +113,9 @@ class KnownMotion(NamedTuple):
         usual 0.16 rad/s it is some 40 ms.
     near_transition : float
         Such a tilt shows none within so much of gamma0 [standard deviations].
+    loaded : float
+        A force that a free peg should read is there beyond so much [standard deviations of the
+        stated noise].
 
     """
 
@@ -120,6 +123,7 @@ class KnownMotion(NamedTuple):
     rests_ns: int = 100_000_000
     vague_tilt: float = 0.1
     near_transition: float = 3.0
+    loaded: float = 3.0
 
 
 class AnnouncedMotion(NamedTuple):

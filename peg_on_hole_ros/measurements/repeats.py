@@ -1,5 +1,7 @@
 """Values that repeat bit for bit while stamps go on: how often each comes."""
 
+import numpy as np
+
 from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, new
@@ -82,6 +84,37 @@ def notice_all(memory: Repeats, t: Floats, values: Floats, latest: Floats) -> No
     """Process rows of values, each with its stamp [s]; see `notice`."""
     for k in range(len(t)):
         notice(memory, t[k], values[k], latest)
+
+
+class Runs:
+    """How often each of many rows of values has come in a row."""
+
+    def __init__(self) -> None:
+        self._latest: np.ndarray | None = None
+        self._run = 0
+
+    def take(self, rows: np.ndarray) -> np.ndarray:
+        """
+        Process rows of values, in the order in which they came.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n, values)
+
+        Returns
+        -------
+        ndarray of int64, shape (n,)
+            How often each has come in a row, bit for bit; 1: it differs from the one before it.
+
+        """
+        first = rows[:1] if self._latest is None else self._latest
+        new = (rows != np.vstack([first, rows[:-1]])).any(axis=1)
+        at = np.arange(len(rows))
+        begun = np.maximum.accumulate(np.where(new, at, -1))
+        runs = np.where(begun < 0, self._run + at + 1, at - begun + 1)
+        if len(rows):
+            self._latest, self._run = rows[-1:].copy(), int(runs[-1])
+        return runs
 
 
 @compiled

@@ -39,6 +39,42 @@ class RepeatedValues(NamedTuple):
     reported: float = 0.05
 
 
+class StandingWrench(NamedTuple):
+    """
+    When a wrench that repeats bit for bit, in all six components, is no measurement.
+
+    Attributes
+    ----------
+    fewest : int
+        A value has to come more often in a row [wrenches]: of a sensor whose noise is half of its
+        resolution all six components repeat so often once in 1e7 times.
+    longer : int
+        And so many times more often than this sensor usually repeats values [-].
+    kept : float
+        Noise is looked for in about so many of the latest values [values].
+    turns : int
+        In so many of six components steps turn back where a value shows noise [components]: of
+        white noise two in three do.
+    least_noise : float
+        Steps that turn back by less, in stated standard deviations, are no noise [-]: a
+        calculated load has rounding errors.
+    noisy : float
+        Share of the latest values that has to show noise [-].
+    lasts : float
+        Of a sensor with noise the value has to stay for longer [s]: by then one that is slower
+        than its publisher has a new one, and what is not zero is true for a moment.
+
+    """
+
+    fewest: int = 5
+    longer: int = 3
+    kept: float = 16.0
+    turns: int = 3
+    least_noise: float = 0.1
+    noisy: float = 0.5
+    lasts: float = 0.1
+
+
 class InnovationWindow(NamedTuple):
     """
     What innovations show of settings and of the contact mode.
@@ -187,6 +223,7 @@ class LowPassLag(NamedTuple):
 
 ANGLE_FLOOR = AngleFloor()
 REPEATED_VALUES = RepeatedValues()
+STANDING_WRENCH = StandingWrench()
 INNOVATION_WINDOW = InnovationWindow()
 PLAUSIBLE_WRENCH = PlausibleWrench()
 PLAUSIBLE_JOINTS = PlausibleJoints()
@@ -200,6 +237,7 @@ class MeasurementNumbers(NamedTuple):
 
     angle_floor: AngleFloor = ANGLE_FLOOR
     repeated_values: RepeatedValues = REPEATED_VALUES
+    standing_wrench: StandingWrench = STANDING_WRENCH
     innovation_window: InnovationWindow = INNOVATION_WINDOW
     plausible_wrench: PlausibleWrench = PLAUSIBLE_WRENCH
     plausible_joints: PlausibleJoints = PLAUSIBLE_JOINTS

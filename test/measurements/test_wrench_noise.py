@@ -87,5 +87,6 @@ def test_a_wrench_that_one_member_rejects_is_off():
     assert off(ended) == {"saturated"} and registry.is_off(ended)
     wild = followed(drawn(300, times=1000.0))
     assert off(wild) == {"rough"} and registry.is_off(wild)
-    for noise in (turned, ended, wild):
+    # What stands still is reported by `diagnosis.suspected.standing_wrench`.
+    for noise in (ended, wild):
         assert len(registry.causes(noise, STDDEV**2)) > 0

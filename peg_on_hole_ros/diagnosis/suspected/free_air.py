@@ -64,7 +64,7 @@ class FreeAir(Suspect):
 
     def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench, see the package."""
-        if not unsure and not instant.stands_still:
+        if not unsure:
             self._take(instant.sample, instant.measured.q, instant.in_air is True)
 
     def _take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:

@@ -12,6 +12,7 @@ from peg_on_hole_ros.diagnosis.suspected.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.suspected.one_setting import OneSetting
 from peg_on_hole_ros.diagnosis.suspected.oscillation import Oscillation
 from peg_on_hole_ros.diagnosis.suspected.rim_motion import RimMotion
+from peg_on_hole_ros.diagnosis.suspected.standing_wrench import StandingWrench
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import StatedGravity
 from peg_on_hole_ros.diagnosis.suspected.suspect import Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import Unobservable
@@ -19,6 +20,7 @@ from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    ClockStep, ClockDrift, Bursts, Oscillation, DeadComponent, LargerUnit, LiesAcross,
-    StatedGravity, WrongWrench, FreeAir, LowPass, RimMotion, OneSetting, Delay, Unobservable,
+    ClockStep, ClockDrift, Bursts, StandingWrench, Oscillation, DeadComponent, LargerUnit,
+    LiesAcross, StatedGravity, WrongWrench, FreeAir, LowPass, RimMotion, OneSetting, Delay,
+    Unobservable,
 )  # fmt: skip

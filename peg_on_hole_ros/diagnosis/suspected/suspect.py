@@ -44,6 +44,26 @@ class Stated(NamedTuple):
     taken_off: np.ndarray
 
 
+class Standing(NamedTuple):
+    """
+    A wrench that repeats one value, bit for bit, and is no measurement.
+
+    Attributes
+    ----------
+    since_ns : int
+        Stamp at which the value came first [ns].
+    zeros : bool
+        Whether all its components are zero.
+    turned : bool
+        Whether the peg has turned meanwhile.
+
+    """
+
+    since_ns: int
+    zeros: bool
+    turned: bool
+
+
 class Instant(NamedTuple):
     """
     A wrench that is looked at, with what is known at its stamp.
@@ -53,8 +73,8 @@ class Instant(NamedTuple):
     sample : WrenchSample
     measured : AngleMeasurement
         The latest orientation.
-    stands_still : bool
-        Whether the wrench repeats one value.
+    standing : Standing or None
+        Of a wrench that stands still; None: it does not.
     in_air : bool or None
         Whether the published contact mode is `open`; None: nothing was published.
 
@@ -62,7 +82,7 @@ class Instant(NamedTuple):
 
     sample: WrenchSample
     measured: AngleMeasurement
-    stands_still: bool
+    standing: Standing | None
     in_air: bool | None
 
 
@@ -90,7 +110,8 @@ class Suspect:
     OF_STAMPS : bool
         Whether it looks at the stamps alone: `inspect` tells what it finds as well.
     WITHOUT_WRENCH : bool
-        Whether its finding stands where another look `hides` findings.
+        Whether its finding stands where another look `hides` findings. Others are not given a
+        wrench that stands still.
     finding : Finding or None
         What it has found; it stays until the look begins anew, or withdraws it.
     unsure : bool

@@ -16,9 +16,10 @@ A `Record` of the member's name
 `causes(state, variance)`
     What is reported to a user of the sensor, a line each, by the stated variance, shape (6,).
 
-`repeated` runs first and has `is_news(state)` as well: a wrench that repeats the one before it,
-bit for bit, is followed by no other member. `rough` has `begin(state)` as well, for when other
-noise is stated.
+What stands still is a finding, which other findings wait for: `repeated` leaves that to
+`diagnosis.suspected.standing_wrench`. `repeated` runs first and has `is_news(state)` as well: a
+wrench that repeats the one before it, bit for bit, is followed by no other member. `rough` has
+`begin(state)` as well, for when other noise is stated.
 
 `registry` is the only place that lists the members. It multiplies their factors; the variance that
 the filter uses, the contacts that are withheld from a wrench that is off, and the causes in

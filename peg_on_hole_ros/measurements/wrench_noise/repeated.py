@@ -5,7 +5,7 @@ from math import sqrt
 from peg_on_hole_ros.measurements.angles import turn_between
 from peg_on_hole_ros.measurements.freshness import Oriented
 from peg_on_hole_ros.measurements.repeats import Repeats, describe, held, notice
-from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
+from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES, STANDING_WRENCH
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, Vector6
@@ -22,23 +22,44 @@ class Repeated(Record):
         The latest wrench as received [N], [N m].
     held_since : Oriented
         Orientation at which the present value came first.
-    stands_still : bool
+    turned_away : bool
         Whether the peg has turned while the value stayed.
-    stood_still : float
-        The longest time for which it did [s].
+    loaded : bool
+        Whether the wrench is of zeros that are not those of a free peg: a weight hangs there.
+    longest, usual
+        The two longest runs of one value that have ended, but for those that stood still
+        [wrenches]: a driver that repeats values does so more than once.
+    step : shape (6,)
+        From one value to the next, at the last one that was new [N], [N m].
+    restless : float
+        Share of the latest new values whose steps turn back, as noise has it [-].
+    dead : bool
+        Whether the value has come so often that it is no measurement.
+    zeros : bool
+        Whether the value is zero in every component.
+    off_ns
+        Stamp of the last wrench that was not used [ns].
 
     """
 
     repeats: Repeats
     latest: Vector6
     held_since: Oriented
-    stands_still: bool
-    stood_still: float
+    turned_away: bool
+    loaded: bool
+    longest: int
+    usual: int
+    step: Vector6
+    restless: float
+    dead: bool
+    zeros: bool
+    off_ns: int
 
 
 @compiled
 def forget(state: Repeated) -> None:
-    """Forget nothing: a driver repeats values in every motion alike."""
+    """Forget the stamp alone: a driver repeats values in every motion alike."""
+    state.off_ns = 0
 
 
 @compiled
@@ -46,20 +67,61 @@ def follow(state: Repeated, received: Received) -> None:
     """
     Process a wrench, see the package.
 
-    At rest, and without noise, one value is true for long; while the peg turns it is not.
+    At rest, and without noise, one value is true for long. While the peg turns it is not; nor is
+    it of a sensor that has shown noise, nor are zeros where a weight hangs at the sensor.
     """
-    t = received.t_ns * 1e-9
-    if notice(state.repeats, t, received.values, state.latest) == 1:
+    t, repeats = received.t_ns * 1e-9, state.repeats
+    ended, stood = repeats.run, is_off(state)
+    _follow_noise(state, received)
+    if notice(repeats, t, received.values, state.latest) == 1:
+        if not stood:
+            _note_run(state, ended)
         state.held_since = received.oriented
-        state.stands_still = False
-    elif not state.stands_still and t - state.repeats.since > REPEATED_VALUES.reported:
+        state.turned_away = state.dead = False
+        state.zeros = True
+        for i in range(6):
+            state.zeros = state.zeros and received.values[i] == 0.0
+        return
+    seconds = t - repeats.since
+    if not state.turned_away and seconds > REPEATED_VALUES.reported:
         now, then = received.oriented, state.held_since
         noise = REPEATED_VALUES.turned * sqrt(now.variance + then.variance)
-        one_by_one = held(state.repeats) == 1 and then.variance > 0.0
+        one_by_one = held(repeats) == 1 and then.variance > 0.0
         if one_by_one and turn_between(now.q, then.q) > noise:
-            state.stands_still = True
-    if state.stands_still:
-        state.stood_still = max(state.stood_still, t - state.repeats.since)
+            state.turned_away = True
+    noisy = state.restless > STANDING_WRENCH.noisy and seconds > STANDING_WRENCH.lasts
+    many = repeats.run > max(STANDING_WRENCH.fewest, STANDING_WRENCH.longer * state.usual)
+    state.dead = many and (noisy or state.loaded)
+    if is_off(state):
+        state.off_ns = received.t_ns
+
+
+@compiled
+def _follow_noise(state: Repeated, received: Received) -> None:
+    """Note whether steps from value to value turn back: those of noise do two times in three."""
+    turns, new = 0, False
+    for i in range(6):
+        step = received.values[i] - state.latest[i]
+        change = step - state.step[i]
+        least = STANDING_WRENCH.least_noise
+        back = step * state.step[i] < 0.0
+        turns += back and change * change > least * least * received.variance[i]
+        new = new or step != 0.0
+    if not new:
+        return
+    for i in range(6):
+        state.step[i] = received.values[i] - state.latest[i]
+    shown = 1.0 if turns >= STANDING_WRENCH.turns else 0.0
+    state.restless += (shown - state.restless) / STANDING_WRENCH.kept
+
+
+@compiled
+def _note_run(state: Repeated, ended: int) -> None:
+    """Note how often a value has come in a row that ended."""
+    if ended > state.longest:
+        state.longest, state.usual = ended, state.longest
+    elif ended > state.usual:
+        state.usual = ended
 
 
 @compiled
@@ -76,17 +138,11 @@ def factor(state: Repeated) -> float:
 
 @compiled
 def is_off(state: Repeated) -> bool:
-    """Return whether the wrench stands still while the peg turns."""
-    return state.stands_still
+    """Return whether the wrench stands still: `diagnosis.suspected.standing_wrench` reports it."""
+    return state.turned_away or state.dead
 
 
 def causes(state: Repeated, variance: Floats) -> list[str]:
     """Return what is reported to a user: a line, or none."""
-    if repeats := describe(state.repeats):
-        return [f"wrench: {repeats}"]
-    if state.stood_still <= REPEATED_VALUES.reported:
-        return []
-    return [
-        f"wrench: wrenches that do not change for {state.stood_still:.2f} s while the peg "
-        "turns: the sensor or its driver stands still; they are not used"
-    ]
+    repeats = describe(state.repeats)
+    return [f"wrench: {repeats}"] if repeats else []
