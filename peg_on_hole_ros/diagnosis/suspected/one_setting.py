@@ -220,7 +220,7 @@ class OneSetting(Suspect):
         if not self._in_contact and (free.sum() < SETTING_FIT_TEST.fewest_air or free[-1]):
             return
         self._in_contact += not free[-1]
-        if self._in_contact >= self._next and not unsure and not instant.stands_still:
+        if self._in_contact >= self._next and not unsure:
             self._judge(free)
 
     def _is_clear(self, measured):
