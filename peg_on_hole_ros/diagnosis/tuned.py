@@ -621,6 +621,52 @@ class OscillationTest(NamedTuple):
     mains: tuple[float, ...] = (50.0, 60.0, 100.0, 120.0)
 
 
+class UntakenZeroTest(NamedTuple):
+    """
+    When what a peg at rest reads at first may be a zero that nobody has taken.
+
+    Attributes
+    ----------
+    force : float
+        A component of the force beyond it is no zero [N]: sensors of collaborative robots are some
+        newtons off where nobody has tared them.
+    torque : float
+        The same of the torque [N m].
+    turned : float
+        A peg that has turned by so much is not at rest [standard deviations]: 1 mrad at the usual
+        0.1 mrad, 6 ms of a closing at 0.16 rad/s.
+    recent : int
+        The mean of the latest so many looks is compared with those before [looks].
+    changed : float
+        A load that differs by so much has changed [standard deviations].
+    sure : float
+        A reading differs from the weight beyond so many deviations of its mean [standard
+        deviations].
+    least_noise : float
+        A sensor whose readings differ by less is simulated, and has no zero [standard deviations
+        of the stated noise].
+    noise_ns : int
+        By then a sensor has shown its noise [ns].
+    silence_ns : int
+        After a silence that is longer a peg at rest is looked at anew [ns].
+    reported_ns : int
+        What has been open for so long is reported [ns]: what else a wrench may mean is found
+        before.
+
+    """
+
+    force: float = 10.0
+    torque: float = 0.25
+    turned: float = 4.0
+    recent: int = 5
+    changed: float = 6.0
+    sure: float = 4.0
+    least_noise: float = 0.02
+    noise_ns: int = 30_000_000
+    silence_ns: int = 1_000_000_000
+    reported_ns: int = 500_000_000
+
+
 class StandingWrenchTest(NamedTuple):
     """
     When a wrench that stands still is reported; when it does: `measurements.standing_wrench`.
@@ -766,6 +812,7 @@ DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 OSCILLATION_TEST = OscillationTest()
 STANDING_WRENCH_TEST = StandingWrenchTest()
+UNTAKEN_ZERO_TEST = UntakenZeroTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
@@ -791,6 +838,7 @@ class DiagnosisNumbers(NamedTuple):
     free_air_test: FreeAirTest = FREE_AIR_TEST
     oscillation_test: OscillationTest = OSCILLATION_TEST
     standing_wrench_test: StandingWrenchTest = STANDING_WRENCH_TEST
+    untaken_zero_test: UntakenZeroTest = UNTAKEN_ZERO_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

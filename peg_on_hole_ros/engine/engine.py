@@ -318,10 +318,17 @@ class Engine:
         self.processor.forget()
 
     def tare(self, samples: Sequence[WrenchSample]) -> np.ndarray:
-        """Take the mean of wrenches as that of a free-hanging peg; return what is taken off."""
+        """
+        Take the mean of wrenches as that of a free-hanging peg; return what is taken off.
+
+        Of a zero that nobody had taken, what was estimated before rests on it: it is forgotten.
+        """
         # Wrenches before a tare cannot be processed again after it.
         self._forget_past()
+        begins = self.settings_against_data.zero_open_ns > 0
         taken = self.processor.tare(samples)
+        if begins:
+            self.reset()
         self.settings_against_data.forget_zero()
         self.settings_against_data.look(self.configuration, self.processor.reduction, taken)
         return taken

@@ -23,12 +23,14 @@ def why_not_free(
     processor: Processor,
     unsure: bool,
     payload_unknown: bool = False,
+    zero_open_ns: int = 0,
 ) -> str:
     """
     Return why a peg is not shown to hang free and still; empty: it is.
 
     A free peg is shown by a contact mode that has been `open` for `TARE.least_ns`, or by a reading
-    that is its weight and a plausible zero; that it is still, by joint states.
+    that is its weight and a plausible zero, or by one that has stayed for `TARE.untaken_ns` from
+    the start on, where nobody had taken a zero; that it is still, by joint states.
 
     Parameters
     ----------
@@ -43,6 +45,8 @@ def why_not_free(
     payload_unknown : bool
         Whether any payload may hang below the sensor. The contact mode is then no evidence of
         contact: it rests on the payload that is stated.
+    zero_open_ns : int
+        For how long the reading may have been a zero that nobody has taken [ns].
 
     """
     if outputs is None:
@@ -56,6 +60,8 @@ def why_not_free(
     lacking = _not_still(outputs, processor)
     open_ns = outputs.t_ns - processor.open_since * 1e9
     if not lacking and mode == FREE and open_ns >= TARE.least_ns:
+        return ""
+    if not lacking and zero_open_ns >= TARE.untaken_ns and processor.standing is None:
         return ""
     if unsure and not payload_unknown:
         return (
@@ -191,12 +197,17 @@ class FreeFor:
         """Whether a tare of a free peg is asked for."""
         return self._configuration.wrench.tare_automatically
 
-    def long(self, outputs: OutputView | None) -> bool:
-        """Process the outputs of a wrench; return whether the peg now is free for long enough."""
+    def long(self, outputs: OutputView | None, zero_open_ns: int = 0) -> bool:
+        """
+        Process the outputs of a wrench; return whether the peg now is free for long enough.
+
+        `zero_open_ns`: for how long its reading may have been a zero that nobody has taken [ns].
+        """
         if not self.asked:
             return False
         free = outputs is not None and outputs.contact_mode == FREE
-        if not free or why_turning(outputs, self._configuration):
+        free = free or zero_open_ns >= TARE.untaken_automatic_ns - TARE.free_ns
+        if not free or outputs is None or why_turning(outputs, self._configuration):
             self._since_ns, self._reported = None, False
             return False
         if self._since_ns is None or outputs.t_ns < self._since_ns:

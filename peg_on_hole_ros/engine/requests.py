@@ -54,8 +54,9 @@ class Requests:
 
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
-        free = self._free.asked and self._free.long(self._engine.latest)
-        if free and not self._engine.settings_against_data.unsure:
+        settings = self._engine.settings_against_data
+        free = self._free.asked and self._free.long(self._engine.latest, settings.zero_open_ns)
+        if free and not settings.unsure_of_meaning:
             self._counts["tare_automatic"] += self.tare().success
 
     def reset(self) -> Answer:
@@ -81,6 +82,7 @@ class Requests:
         held = self._held(samples)
         if held and not self._all_the_same:
             return self.refuse_tare(f"{held}{_ALL_THE_SAME}")
+        shown = self._shown_by(held)
         taken = self._engine.tare(samples)
         self._counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
@@ -88,7 +90,7 @@ class Requests:
         return Answer(
             True,
             f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
-            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}{self._shown_by(held)}",
+            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}{shown}",
         )
 
     def refuse_tare(self, reason: str) -> Answer:
@@ -137,9 +139,12 @@ class Requests:
     def _held(self, samples, payload_unknown=False):
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
-        unsure = engine.settings_against_data.unsure
+        settings = engine.settings_against_data
+        unsure, open_ns = settings.unsure_of_meaning, settings.zero_open_ns
+        # What hangs there may be a payload as well as a zero.
+        open_ns = 0 if payload_unknown else open_ns
         return why_not_free(
-            self._engine.latest, samples, engine.processor, unsure, payload_unknown
+            engine.latest, samples, engine.processor, unsure, payload_unknown, open_ns
         )
 
     def _shown_by(self, held):
@@ -150,16 +155,29 @@ class Requests:
         mode = latest and latest.contact_mode
         if mode == FREE:
             return ""
+        still_ns = self._engine.settings_against_data.zero_open_ns
+        if still_ns:
+            return (
+                f"; contact mode {mode}: the peg has been at rest for {still_ns * 1e-9:.2g} s "
+                "from the start on, and what it read is taken as the zero that nobody had taken; "
+                "if it touched, tare it again in the air. What was estimated before is forgotten"
+            )
         return (
             f"; contact mode {mode}, but all that the sensor reads is the "
             "weight and a plausible zero"
         )
 
     def _latest(self) -> list[WrenchSample]:
-        """Return those of a mean: the last, with no silence between, since it stood still."""
+        """
+        Return the wrenches that a mean is taken of.
+
+        They are the last, with no silence between, since one value stood still; where nobody has
+        taken a zero, all of the last half second.
+        """
         last: list[WrenchSample] = []
         silence_ns = self._engine.configuration.filter.max_gap * 1e9
         stood_ns = self._engine.processor.stood_still_until_ns
+        all_of_them = self._engine.settings_against_data.zero_open_ns > 0
         for sample in reversed(self._engine.recent):
             if sample.t_ns <= stood_ns:
                 break
@@ -167,6 +185,7 @@ class Requests:
                 since_ns = last[0].t_ns - sample.t_ns
                 lasts_ns = last[0].t_ns - last[-1].t_ns
                 enough = len(last) >= TARE.fewest and lasts_ns >= TARE.least_ns
+                enough = enough and not all_of_them
                 if enough or since_ns > TARE.oldest_ns or last[-1].t_ns - sample.t_ns > silence_ns:
                     break
             last.append(sample)

@@ -131,6 +131,20 @@ class SettingsAgainstData:
         return any(map(_is_unsure, self._with["unsure"]))
 
     @property
+    def unsure_of_meaning(self) -> bool:
+        """Whether it is withheld for anything but a zero, which a tare takes."""
+        return any(
+            _is_unsure(look)
+            for member, look in self._looks.items()
+            if has_part(member, "unsure") and not member.OF_ZERO
+        )
+
+    @property
+    def zero_open_ns(self) -> int:
+        """For how long the reading may have been a zero that nobody has taken; 0: it may not."""
+        return max(look(_zero_open_ns, 0) for look in self._with["zero_open_ns"])
+
+    @property
     def withholds(self) -> bool:
         """Whether no reactions are called determined."""
         return self.reactions_are_void or any(
@@ -264,6 +278,10 @@ class SettingsAgainstData:
 
 def _take(instant: Instant, unsure: bool, look: Suspect) -> None:
     look.take(instant, unsure)
+
+
+def _zero_open_ns(look: Suspect) -> int:
+    return look.zero_open_ns
 
 
 def _hides(look: Suspect) -> bool:

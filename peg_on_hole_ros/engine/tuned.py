@@ -84,6 +84,11 @@ class Tare(NamedTuple):
     parts : int
         A load may come or go while wrenches are averaged: so many parts of them have to fit, each
         alone [parts].
+    untaken_ns : int
+        A peg that has been at rest for so long from the start on, and has read the same, is tared
+        where nobody has tared it before [ns].
+    untaken_automatic_ns : int
+        Where nobody asks for it, it has to be so for so long [ns].
 
     """
 
@@ -95,6 +100,8 @@ class Tare(NamedTuple):
     free_ns: int = 1_000_000_000
     most_rates_stddev: float = 1.0
     parts: int = 5
+    untaken_ns: int = 1_000_000_000
+    untaken_automatic_ns: int = 2_000_000_000
 
 
 class KnownMotion(NamedTuple):

@@ -36,7 +36,8 @@ PEGS = {
 def configuration(scene, stated, position_stddev=1e-4):
     return Configuration(
         scene=replace(scene, friction=stated * scene.friction),
-        wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 1.2 * scene.peg_height)),
+        # Tared: what it reads from the start on is no zero that nobody has taken.
+        wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 1.2 * scene.peg_height), bias_force_stddev=0.01),
         joints=JointInput(position_stddev=position_stddev),
     )
 

@@ -532,9 +532,13 @@ LONG = Configuration(
         peg_mass=0.020,
         friction=0.12,
     ),
-    wrench=WrenchInput(sensor_xyz=(0.002, -0.003, 0.180), force_stddev=0.3, torque_stddev=0.01),
+    # Tared, so that what a peg at rest reads from the start on is no zero that nobody has taken.
+    wrench=WrenchInput(
+        sensor_xyz=(0.002, -0.003, 0.180), force_stddev=0.3, torque_stddev=0.01,
+        bias_force_stddev=0.01,
+    ),
     joints=JointInput(position_stddev=5e-5),
-)
+)  # fmt: skip
 
 
 def modes_of(load, gamma, seed):

@@ -24,6 +24,9 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
 `unsure`, `withholds`, `hides` : bool
     Whether nothing sure of contacts can be published now, whether no reactions can be called
     determined, and whether findings of other looks cannot be trusted.
+`zero_open_ns` : int
+    For how long what a peg at rest reads may have been a zero that nobody has taken, so that a
+    tare takes it. 0 as a rule.
 `reaction_errors` : ndarray or None
     What each setting that the motion cannot determine would cost if it is off, which is published
     as `doubt_*`. None is known as a rule.

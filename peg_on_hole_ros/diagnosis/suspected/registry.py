@@ -16,11 +16,12 @@ from peg_on_hole_ros.diagnosis.suspected.standing_wrench import StandingWrench
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import StatedGravity
 from peg_on_hole_ros.diagnosis.suspected.suspect import Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import Unobservable
+from peg_on_hole_ros.diagnosis.suspected.untaken_zero import UntakenZero
 from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
     ClockStep, ClockDrift, Bursts, StandingWrench, Oscillation, DeadComponent, LargerUnit,
-    LiesAcross, StatedGravity, WrongWrench, FreeAir, LowPass, RimMotion, OneSetting, Delay,
-    Unobservable,
+    LiesAcross, StatedGravity, WrongWrench, UntakenZero, FreeAir, LowPass, RimMotion, OneSetting,
+    Delay, Unobservable,
 )  # fmt: skip

@@ -22,6 +22,7 @@ PARTS = (
     "leave_three_contacts",
     "unsure",
     "withholds",
+    "zero_open_ns",
     "reaction_errors",
 )
 
@@ -118,6 +119,8 @@ class Suspect:
         Whether nothing sure of contacts can be published now.
     withholds : bool
         Whether the reactions cannot be called determined now, though the mode can be told.
+    zero_open_ns : int
+        For how long the reading may have been a zero that nobody has taken; 0: it may not [ns].
     reaction_errors : ndarray, shape (settings,), or None
         What each of `records.UNOBSERVABLE_SETTINGS` would cost if it is off [N]; None: nothing is
         known of it now.
@@ -149,6 +152,11 @@ class Suspect:
     def withholds(self) -> bool:
         """See above."""
         return False
+
+    @property
+    def zero_open_ns(self) -> int:
+        """See above."""
+        return 0
 
     @property
     def reaction_errors(self) -> Floats | None:
