@@ -10,6 +10,10 @@ from benchmarks.robot_cells.rows import GAMMA0, GRAVITY, PEG_MASS, D, H, Rows, d
 
 STEP = 1e-4
 BOXES, WALL = 720, 0.012
+# From the bore's edge to where boxes of the cone begin: else a load there has two contacts [m].
+APART = 5e-5
+# That a peg's cone is made of.
+DISKS = 8
 # Of the impedance [N/m], [N m/rad], as shares of critical damping.
 STIFFNESS, TURNING, DAMPING = 4000.0, 150.0, 0.9
 
@@ -33,6 +37,8 @@ class Setting(NamedTuple):
         By how much the program turns the peg about its own axis [rad].
     press : tuple of 2 float
         How far beyond the rim it presses, across and along the hole [m].
+    hole_chamfer, peg_chamfer : float
+        Height of a chamfer of 45 degrees above the bore, and below the shank; 0: none [m].
 
     """
 
@@ -45,6 +51,8 @@ class Setting(NamedTuple):
     psi: float = 0.3
     slip: float = 1.5
     press: tuple[float, float] = (0.002, 0.004)
+    hole_chamfer: float = 0.0
+    peg_chamfer: float = 0.0
 
     @property
     def contact(self) -> str:
@@ -68,6 +76,8 @@ def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
             f'<geom type="box" size="0.002 {length} {WALL}" pos="{x:.12g} {y:.12g} {-WALL}" '
             f'quat="{np.cos(a / 2):.12g} 0 0 {np.sin(a / 2):.12g}" class="rim"/>'
         )
+        if setting.hole_chamfer:
+            boxes.append(_cone_box(a, length, setting.hole_chamfer))
     R = rotation(setting.hole_rpy)
     axes = " ".join(f"{x:.12g}" for x in [*R[:, 0], *R[:, 1]])
     place = " ".join(f"{x:.12g}" for x in setting.hole_xyz)
@@ -75,6 +85,7 @@ def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
     peg = (
         f'<geom name="peg" type="cylinder" size="{d / 2} {H / 2}" pos="0 0 {center}" '
         f'mass="{PEG_MASS}" contype="2" conaffinity="1" {setting.contact}/>'
+        f"{_cone_disks(arm.peg_in_tool, setting)}"
         f'<site name="peg" pos="0 0 {arm.peg_in_tool}" quat="0 1 0 0"/>'
     )
     return f"""<mujoco>
@@ -91,6 +102,32 @@ def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
   </worldbody>
   <sensor><force site="sensor"/><torque site="sensor"/></sensor>
 </mujoco>"""
+
+
+def _cone_box(a: float, length: float, height: float) -> str:
+    """Return a box whose face is a part of the hole's cone, from the bore's edge up."""
+    # Half of the face along the cone; its normal points inwards and up.
+    half, slope = height / np.sqrt(2.0), np.sqrt(0.5)
+    out = D / 2 + APART + 0.5 * height + 0.002 * slope
+    up = APART + 0.5 * height - 0.002 * slope
+    x, y = out * np.cos(a), out * np.sin(a)
+    along = f"{-np.sin(a):.12g} {np.cos(a):.12g} 0"
+    outwards = f"{slope * np.cos(a):.12g} {slope * np.sin(a):.12g} {-slope:.12g}"
+    return (
+        f'<geom type="box" size="0.002 {length} {half:.12g}" pos="{x:.12g} {y:.12g} {up:.12g}" '
+        f'xyaxes="{outwards} {along}" class="rim"/>'
+    )
+
+
+def _cone_disks(end: float, setting: Setting) -> str:
+    """Return the peg's cone, as disks within it; it weighs nothing."""
+    thick = setting.peg_chamfer / DISKS
+    return "".join(
+        f'<geom type="cylinder" size="{d / 2 - (k + 1) * thick} {thick / 2}" '
+        f'pos="0 0 {end + (k + 0.5) * thick}" mass="0" contype="2" conaffinity="1" '
+        f"{setting.contact}/>"
+        for k in range(DISKS if thick else 0)
+    )
 
 
 def tilted(gamma, psi, phi) -> np.ndarray:

@@ -17,7 +17,7 @@ from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.tables import percent, table
 from benchmarks.robot_cells import __main__ as bags
 from benchmarks.robot_cells import sensing
-from benchmarks.robot_cells.arms import ARMS
+from benchmarks.robot_cells.arms import ARMS, rotation
 from benchmarks.robot_cells.rows import GAMMA0, D, Rows, d
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.score import Score
@@ -33,8 +33,23 @@ from peg_on_hole_ros.monitor.states import AlarmLevel
 from peg_on_hole_ros.records import CONTACTS
 from peg_on_hole_ros.replay.run import replay_bag
 
-# Damping of a contact [N s/m].
-DAMPING = {"hard": 6e3, "damped": 2e3}
+
+class Parts(NamedTuple):
+    """Damping of a contact [N s/m], and which parts have a chamfer."""
+
+    damping: float
+    hole_chamfer: bool = False
+    peg_chamfer: bool = False
+
+
+# Those with chamfers have the same draws as `damped`, which is their sharp control.
+PARTS = {
+    "hard": Parts(6e3),
+    "damped": Parts(2e3),
+    "hole_chamfer": Parts(2e3, True, False),
+    "peg_chamfer": Parts(2e3, False, True),
+    "both_chamfers": Parts(2e3, True, True),
+}
 SEED = 62_000
 # A sample slides if each contact of the peg is faster [m/s].
 SLIDES = 2e-3
@@ -55,15 +70,16 @@ class Cell(NamedTuple):
     @property
     def seed(self) -> list[int]:
         """Return what hole, friction, program and noise are drawn with."""
-        return [SEED, list(ARMS).index(self.arm), list(DAMPING).index(self.contact), self.number]
+        sharp = 0 if self.contact == "hard" else 1
+        return [SEED, list(ARMS).index(self.arm), sharp, self.number]
 
 
 def drawn(cell: Cell) -> dict:
     """Return the fields of a `cell.Setting`; friction is within two deviations of the stated."""
-    draw = Draw(cell.seed)
-    return {
+    draw, parts = Draw(cell.seed), PARTS[cell.contact]
+    setting = {
         "friction": draw.even(0.1, 0.3),
-        "damping": DAMPING[cell.contact],
+        "damping": parts.damping,
         "hole_xyz": (draw.even(0.47, 0.55), draw.even(-0.1, 0.12), draw.even(0.02, 0.1)),
         "hole_rpy": (draw.even(-0.1, 0.1), draw.even(-0.1, 0.1), draw.even(-0.6, 0.6)),
         "gamma": draw.even(0.2, 0.32),
@@ -71,15 +87,29 @@ def drawn(cell: Cell) -> dict:
         "slip": draw.sign() * draw.even(0.5, 2.0),
         "press": (draw.even(0.001, 0.003), draw.even(0.002, 0.006)),
     }
+    chamfers = {"hole_chamfer": draw.log(2e-4, 1e-3), "peg_chamfer": draw.log(2e-4, 1e-3)}
+    return setting | {name: size for name, size in chamfers.items() if getattr(parts, name)}
 
 
 def configuration_of(cell: Cell, setting: dict) -> Configuration:
-    """Return what is stated of a cell: its file, and where its hole is."""
+    """
+    Return what is stated of a cell: its file, and where its hole is.
+
+    With chamfers that is where the plate's face is, and the peg's outermost end.
+    """
     configuration, _ = load(f"config/cell_{cell.arm}.yaml")
+    joints, scene = configuration.joints, configuration.scene
+    above, below = setting.get("hole_chamfer", 0.0), setting.get("peg_chamfer", 0.0)
+    axis = rotation(setting["hole_rpy"])[:, 2]
+    x, y, z = joints.peg_xyz
     joints = replace(
-        configuration.joints, hole_xyz=setting["hole_xyz"], hole_rpy=setting["hole_rpy"]
+        joints,
+        hole_xyz=tuple((np.array(setting["hole_xyz"]) + above * axis).tolist()),
+        hole_rpy=setting["hole_rpy"],
+        peg_xyz=(x, y, z + below),
     )
-    return replace(configuration, joints=joints)
+    scene = replace(scene, hole_chamfer=above, peg_chamfer=below)
+    return replace(configuration, joints=joints, scene=scene)
 
 
 def rows_of(cell: Cell, setting: dict, folder: Path) -> Rows:
@@ -169,7 +199,7 @@ def members(options) -> list[Member]:
         Member(f"{arm}_{contact}_{number:02d}", Cell(arm, contact, number))
         for number in range(options.cells)
         for arm in ARMS
-        for contact in DAMPING
+        for contact in PARTS
     ]
 
 
