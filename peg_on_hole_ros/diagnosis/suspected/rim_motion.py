@@ -89,6 +89,10 @@ class RimMotion(Suspect):
         noise = float(np.sqrt(np.mean(np.square(third)) / THIRD_DIFFERENCE))
         way = _rms(places - places.mean(axis=0))
         stated = _rms(self._left(np.zeros(_VALUES), places, axes))
+        # Nearly upright no three contacts carry, and what they would ask for is far away.
+        if not stated < self._D:
+            self._nearly = 0
+            return
         if not stated > max(RIM_MOTION_TEST.noisy * noise, RIM_MOTION_TEST.share * way):
             self._nearly = 0
             return
