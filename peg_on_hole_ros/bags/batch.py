@@ -1,6 +1,6 @@
 """Wrenches and joint states of a recording as arrays, in the order in which they are taken."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from peg_on_hole_ros.messages.decode import (
     stamp_of,
     wrench_sample,
 )
+from peg_on_hole_ros.messages.wrench_frames import WrenchFrames
 from peg_on_hole_ros.records import Arrivals, JointSample, WrenchSample
 
 
@@ -208,7 +209,7 @@ def arrivals_of(
     sources: Mapping[str, str],
     joints: JointInput,
     orientation: JointOrientation,
-    is_other: Callable[[str], bool] = lambda frame: False,
+    frames: WrenchFrames,
 ) -> Arrivals:
     """
     Return messages in their order; those of other topics are marked as not usable.
@@ -220,10 +221,13 @@ def arrivals_of(
         Which topics are `wrench` and `joints`.
     joints : JointInput
     orientation : JointOrientation
-    is_other : callable
-        Whether a frame_id is not that of the wrench: such ones are not usable as they are.
+    frames : WrenchFrames
+        Begins with the first wrench; those of another frame are not usable as they are.
 
     """
+    first = batch.first_frame(sources)
+    if first is not None:
+        frames.begin(*first)
     source = np.array([sources.get(topic, "") for topic in batch.types] or [""])[batch.topic]
     of_wrench, of_joints = source == "wrench", source == "joints"
     sound = np.zeros(len(batch), bool)
@@ -231,7 +235,7 @@ def arrivals_of(
     for number, layout in enumerate(batch.layouts):
         fits = batch.layout == number
         at = np.flatnonzero(fits & of_wrench)
-        if len(at) and not is_other(layout.frame_id):
+        if len(at) and not frames.is_other(layout.frame_id):
             sound[at] = sound_wrenches(batch.values[at, :6])
         at = np.flatnonzero(fits & of_joints)
         if len(at):

@@ -1,5 +1,6 @@
 """What a diagnosis has found."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 
@@ -31,3 +32,8 @@ class Finding(NamedTuple):
     voids: bool = False
     alone: bool = True
     hint: bool = False
+
+
+def listed(values: Iterable[float], decimals: int) -> str:
+    """Return values of a setting as a parameters file has them, without a minus zero."""
+    return str([round(float(x), decimals) + 0.0 for x in values])

@@ -2,6 +2,9 @@
 
 from peg_on_hole_ros.safe_text import shown
 
+# More names tell no more.
+_NAMES_SHOWN = 4
+
 
 class WrenchFrames:
     """
@@ -35,7 +38,7 @@ class WrenchFrames:
         """Note a wrench of another frame_id."""
         if not self._others:
             self._since_ns = t_ns
-        if frame in self._others or len(self._others) < 4:
+        if frame in self._others or len(self._others) < _NAMES_SHOWN:
             self._others[frame] = self._others.get(frame, 0) + 1
 
     def line(self, latest_ns: int | None) -> str:

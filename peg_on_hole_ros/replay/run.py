@@ -338,10 +338,7 @@ def played(
     """
     joints = configuration.joints
     orientation = stream.pipeline.orientation
-    first = batch.first_frame(sources)
-    if first is not None:
-        stream.frames.begin(*first)
-    arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames.is_other)
+    arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames)
     place = 0
     while place < len(batch):
         begin = place
@@ -363,7 +360,7 @@ def played(
             if stream.pipeline.orientation is not orientation:
                 # What was called has set the noise that orientations are given.
                 orientation = stream.pipeline.orientation
-                arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames.is_other)
+                arrivals = arrivals_of(batch, sources, joints, orientation, stream.frames)
             place += 1
             if columns is not None:
                 yield columns

@@ -18,8 +18,6 @@ _MOST_REPEATS = 100
 _FASTEST_JOINT, _ENCODER_STEP = 100.0, 0.01
 _OFTEN_SHARE = 0.1
 _NAMES_SHOWN = 4
-# More tell no more of a sensor's noise.
-_MOST_STEPS = 2000
 _OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 

@@ -54,10 +54,8 @@ class WouldUse:
     def add(self, batch: Batch) -> None:
         """Take a batch."""
         joints, orientation = self._configuration.joints, self.stream.pipeline.orientation
-        first, frames = batch.first_frame(self._sources), self.stream.frames
-        if first is not None:
-            frames.begin(*first)
-        arrivals = arrivals_of(batch, self._sources, joints, orientation, frames.is_other)
+        frames = self.stream.frames
+        arrivals = arrivals_of(batch, self._sources, joints, orientation, frames)
         usable, t_ns = arrivals.sound.copy(), batch.t_ns.copy()
         for i in np.flatnonzero(~usable).tolist():
             _, _, sample, frame = batch.item(i, joints.names)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.finding import Finding, listed
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LIES_ACROSS_TEST
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rotation_from_rpy, rpy_of
@@ -59,10 +59,9 @@ class LiesAcross(Suspect):
         axes = peg_axes(q)
         best = max(quarter_turns(), key=lambda turn: float(axes[2] @ turn[:, 2]))
         stands = float(np.degrees(np.arccos(np.clip(axes[2] @ best[:, 2], -1.0, 1.0))))
-        rpy = rpy_of(rotation_from_rpy(self._peg_rpy) @ best)
-        listed = [round(float(x), 4) + 0.0 for x in rpy]
+        rpy = listed(rpy_of(rotation_from_rpy(self._peg_rpy) @ best), 4)
         return Finding(
-            f"with joints.peg_rpy: {listed} the peg leans by {stands:.0f} degrees in the hole "
+            f"with joints.peg_rpy: {rpy} the peg leans by {stands:.0f} degrees in the hole "
             f"instead of {np.degrees(q[0]):.0f}, with which it lies across: its z has to point up "
             "the peg's axis, away from its lower end; or joints.hole_rpy is wrong",
             {},

@@ -9,7 +9,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis import setting_fit
-from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.finding import Finding, listed
 from peg_on_hole_ros.diagnosis.setting_fit import Cycle, Fit, SettingFit
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import SETTING_FIT_TEST
@@ -74,7 +74,8 @@ def _mass(configuration, x):
         else:
             both = (wrench.payload_mass * payload + more * place) / mass
             com = R_PS.T @ (both - np.array(wrench.sensor_xyz))
-            its = f"with wrench.payload_mass: {mass:.3g} and payload_com: {_listed(com)} {{fits}}"
+            its = f"with wrench.payload_mass: {mass:.3g} and payload_com: {listed(com, 4)} "
+            its += "{fits}"
             its += ", or with another scene.peg_mass"
     return Finding(f"{its}: below the sensor hangs {what}", {})
 
@@ -84,7 +85,7 @@ def _place(configuration, x):
     if np.linalg.norm(moved) < SETTING_FIT_TEST.least_place:
         return None
     found = np.array(configuration.wrench.sensor_xyz) + moved
-    return Finding(f"with wrench.sensor_xyz: {_listed(found)} {{fits}}", {})
+    return Finding(f"with wrench.sensor_xyz: {listed(found, 4)} {{fits}}", {})
 
 
 def _hole(configuration, x):
@@ -93,7 +94,7 @@ def _hole(configuration, x):
         return None
     rpy = rpy_of(rotation_from_rpy(configuration.joints.hole_rpy) @ tilt_axes(turn))
     return Finding(
-        f"with joints.hole_rpy: {_listed(rpy)} {{fits}}: the hole leans by "
+        f"with joints.hole_rpy: {listed(rpy, 4)} {{fits}}: the hole leans by "
         f"{np.degrees(np.hypot(*turn)):.1f} degrees from where it is stated",
         {},
         "joints",
@@ -106,7 +107,7 @@ def _peg(configuration, x):
         return None
     rpy = rpy_of(rotation_from_rpy(configuration.joints.peg_rpy) @ tilt_axes(turn))
     robot = configuration.joints.source == "robot"
-    what = f"joints.peg_rpy: {_listed(rpy)}" if robot else "the peg's axis elsewhere"
+    what = f"joints.peg_rpy: {listed(rpy, 4)}" if robot else "the peg's axis elsewhere"
     return Finding(
         f"with {what} {{fits}}: the peg leans by {np.degrees(np.hypot(*turn)):.1f} degrees from "
         "where it is stated, by that setting or a joint's zero",
@@ -366,10 +367,6 @@ def _sensor(wrench):
 
 def _left(found, fit):
     return (found.total / fit.freedoms) ** 0.5
-
-
-def _listed(values):
-    return str([round(float(x), 4) + 0.0 for x in values])
 
 
 def _thinned(places, most):

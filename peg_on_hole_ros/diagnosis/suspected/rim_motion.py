@@ -5,7 +5,7 @@ from math import exp, inf
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.finding import Finding, listed
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
 from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE
@@ -135,7 +135,7 @@ class RimMotion(Suspect):
         found = values[kind]
         off = float(np.linalg.norm(found))
         if kind is _HOLE and test.least_lean < off < test.most_lean:
-            rpy = _listed(rpy_of(self._R_RH @ tilt_axes(found)))
+            rpy = listed(rpy_of(self._R_RH @ tilt_axes(found)), 3)
             text = (
                 f"with joints.hole_rpy: {rpy} {fits}: the hole leans by {np.degrees(off):.0f} "
                 "degrees from where it is stated, or a joint's zero is off"
@@ -148,14 +148,14 @@ class RimMotion(Suspect):
             text = f"with hole_diameter - peg_diameter of {size:.2g} mm {fits}{of_chamfers}"
             return Finding(text, {}, "scene", voids=True)
         if kind is _PEG and test.least_turn < off < test.most_lean:
-            rpy = _listed(rpy_of(self._R_TP @ tilt_axes(found)))
+            rpy = listed(rpy_of(self._R_TP @ tilt_axes(found)), 3)
             text = (
                 f"with joints.peg_rpy: {rpy} {fits}: the peg leans by {np.degrees(off):.1f} "
                 "degrees from where it is stated"
             )
             return Finding(text, {}, "joints", voids=True)
         if kind is _TIP and test.least_way < off < test.most_way:
-            xyz = _listed(self._tip + self._R_TP @ found)
+            xyz = listed(self._tip + self._R_TP @ found, 3)
             text = (
                 f"with joints.peg_xyz: {xyz} {fits}: the peg's lower end is {off:.3g} m from "
                 "where it is stated, by that setting or joints.tip_frame"
@@ -218,7 +218,3 @@ class RimMotion(Suspect):
 def _rms(left):
     value = float(np.sqrt(np.mean(np.square(left))))
     return value if np.isfinite(value) else inf
-
-
-def _listed(values):
-    return [round(float(x), 3) + 0.0 for x in values]
