@@ -43,6 +43,8 @@ class Estimates(NamedTuple):
         Of N_K and N_B [N].
     friction, deviations : ndarray, shape (m,)
         Error of friction over the true one, and over its stated deviation, from AFTER_CONTACT on.
+    sliding : int
+        Samples in which the peg slides on two points, whatever is told.
 
     """
 
@@ -51,6 +53,7 @@ class Estimates(NamedTuple):
     true: np.ndarray
     friction: np.ndarray
     deviations: np.ndarray
+    sliding: int
 
     @property
     def rms(self) -> np.ndarray:
@@ -67,6 +70,7 @@ class Estimates(NamedTuple):
         off = np.abs(self.deviations)
         return {
             "samples": len(self.error),
+            "sliding": self.sliding,
             "rms": self.rms.tolist() if len(self.error) else [],
             "covered": inside(self.error, self.stddev).sum(axis=0).tolist(),
             "friction": len(self.friction),
@@ -108,6 +112,7 @@ def estimates_of(
         normal[rows],
         off[late] / friction[late],
         off[late] / record.monitor["friction_stddev"][late],
+        int(slides.sum()),
     )
 
 
@@ -121,7 +126,8 @@ def said(found: list[dict]) -> str:
         f"{len(some)} scenes slide on two points, {samples} samples: rms over the mean load, "
         f"median of scenes: N_K {np.median(rms[:, 0]):.1%}, N_B {np.median(rms[:, 1]):.1%}; "
         f"both within 5 %: {(rms < 0.05).all(axis=1).sum()} scenes; covered: "
-        f"N_K {covered[0]:.1%}, N_B {covered[1]:.1%}"
+        f"N_K {covered[0]:.1%}, N_B {covered[1]:.1%}; determined in "
+        f"{samples / sum(row['sliding'] for row in some):.1%} of the slide"
     ]
     count = sum(row["friction"] for row in found)
     if count:
