@@ -686,6 +686,97 @@ class StandingWrenchTest(NamedTuple):
     held_ns: int = 500_000_000
 
 
+class WrenchStep(NamedTuple):
+    """
+    What a step of the wrench from one message to the next is.
+
+    Attributes
+    ----------
+    changes : float
+        A component that changes by more is looked at [standard deviations of the stated noise, or
+        of what is found].
+    line : float
+        A line is drawn through what is read for so long on both sides [s]: loads go on straight
+        for about so long.
+    fewest : int
+        Through so many at least [wrenches].
+    first : int
+        So many behind a step show it at first [wrenches].
+    gap : float
+        Wrenches that take so many times as long as usual have a gap [-].
+    straight : float
+        A load that leaves more than so much of a line does not go on straight [standard
+        deviations].
+    bend : float
+        A force that changes otherwise behind the step by so much of it over half the line is one
+        of a contact [-].
+    taken : float
+        A driver takes the mean of up to so long as its zero [s].
+    missed : float
+        Share of a step by which lines miss its ends where the load bends [-].
+    sure : float
+        What is read differs from what it should be beyond so much [standard deviations].
+
+    """
+
+    changes: float = 6.0
+    line: float = 0.03
+    fewest: int = 8
+    first: int = 4
+    gap: float = 1.5
+    straight: float = 1.5
+    bend: float = 0.6
+    taken: float = 0.1
+    missed: float = 0.05
+    sure: float = 4.0
+
+
+class ZeroJumpTest(NamedTuple):
+    """
+    When a step of the wrench is one of the sensor's zero.
+
+    Attributes
+    ----------
+    kept_ns : int
+        Wrenches that are looked at [ns].
+    ratio : float
+        By how much a step exceeds what the line leaves, and the stated noise, where it is not to
+        zero [standard deviations]: at gamma0 the load of a simulation steps by 7, as a search
+        begins to slide on the plate by 11.
+    sure : float
+        What is read differs from what it should be beyond so much [standard deviations].
+    stays_ns : int
+        What stays for so long has jumped [ns]: a motion that reverses with 0.3 rad/s^2 has turned
+        by 1.5 mrad then.
+    looks : int
+        Orientations that are kept [looks]: of 0.24 s.
+    fewest_looks : int
+        So many have to be there on each side of a step [looks].
+    turned : float
+        A peg that is off from where it would have turned by so much turns otherwise [standard
+        deviations].
+    rate : float
+        Or by so much of what it has turned [-].
+    in_air : int
+        What a free peg reads is the mean over about so many looks [looks]: a second.
+    settles_ns : int
+        For so long behind it no contact is told [ns]: until the estimate, which begins anew, has
+        told the contacts again.
+
+    """
+
+    kept_ns: int = 250_000_000
+    ratio: float = 12.0
+    sure: float = 4.0
+    stays_ns: int = 100_000_000
+    looks: int = 12
+    fewest_looks: int = 3
+    turned: float = 15.0
+    rate: float = 0.3
+    in_air: int = 50
+    settles_ns: int = 400_000_000
+
+
 class RimMotionTest(NamedTuple):
     """
     What the path of a peg on the rim shows of hole and clearance.
@@ -813,6 +904,8 @@ FREE_AIR_TEST = FreeAirTest()
 OSCILLATION_TEST = OscillationTest()
 STANDING_WRENCH_TEST = StandingWrenchTest()
 UNTAKEN_ZERO_TEST = UntakenZeroTest()
+WRENCH_STEP = WrenchStep()
+ZERO_JUMP_TEST = ZeroJumpTest()
 RIM_MOTION_TEST = RimMotionTest()
 STATED_GRAVITY_TEST = StatedGravityTest()
 UNOBSERVABLE_TEST = UnobservableTest()
@@ -839,6 +932,8 @@ class DiagnosisNumbers(NamedTuple):
     oscillation_test: OscillationTest = OSCILLATION_TEST
     standing_wrench_test: StandingWrenchTest = STANDING_WRENCH_TEST
     untaken_zero_test: UntakenZeroTest = UNTAKEN_ZERO_TEST
+    wrench_step: WrenchStep = WRENCH_STEP
+    zero_jump_test: ZeroJumpTest = ZERO_JUMP_TEST
     rim_motion_test: RimMotionTest = RIM_MOTION_TEST
     stated_gravity_test: StatedGravityTest = STATED_GRAVITY_TEST
     unobservable_test: UnobservableTest = UNOBSERVABLE_TEST

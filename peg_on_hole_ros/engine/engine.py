@@ -268,9 +268,16 @@ class Engine:
             self.settings_against_data.leave_three_contacts()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
         instant = Instant(sample, measured, self.processor.standing, in_air)
-        if not self.settings_against_data.take(instant):
+        if self.settings_against_data.take(instant):
+            self._use_found()
+            return True
+        jump = self.settings_against_data.take_zero_jump()
+        if jump is None:
             return False
-        self._use_found()
+        self._counts["zero_jumped"] += 1
+        self.processor.shift_zero(jump, measured)
+        reduction = self.processor.reduction
+        self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
         return True
 
     def _use_found(self):

@@ -157,6 +157,25 @@ class Processor:
         self.engine.tared[:], self.engine.reduction = taken, self.reduction.steps
         return taken
 
+    def shift_zero(self, jump: np.ndarray, measured: AngleMeasurement) -> None:
+        """
+        Take so much more off a wrench, sensor axes, shape (6,) [N], [N m], and begin anew.
+
+        What the wrench has taught since the zero has jumped is forgotten, with what was learnt
+        before it: how well the new zero is known, is what is stated of one. Flag and way stay.
+        """
+        self.reduction.tare += jump
+        self.engine.reduction = self.reduction.steps
+        if np.isfinite(self.engine.tared).all():
+            self.engine.tared[:] = self.reduction.taken_off
+        self.filter.restart_bias(np.full(6, np.inf))
+        self.filter.end_estimate()
+        self.filter.forget()
+        steps.begin_mode_anew(self.engine, self.rules)
+        self.start(measured)
+        # It was used before.
+        self.engine.counts.joints_used -= 1
+
     @property
     def gravity_in_sensor(self) -> np.ndarray:
         """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""

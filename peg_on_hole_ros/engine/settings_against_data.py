@@ -105,6 +105,8 @@ class SettingsAgainstData:
             for finding in _findings(look)
         ]
         self._found = [found for found in self._found if not any(found is each for each in zero)]
+        for look in self._looks.values():
+            look(lambda it: it.forget_zero(), None)
 
     def set_sensor_pose(
         self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]
@@ -259,6 +261,14 @@ class SettingsAgainstData:
             for finding in _findings(look)
         )
 
+    def take_zero_jump(self) -> Floats | None:
+        """Return by how much the zero has jumped since this was asked last, if it has, (6,)."""
+        for look in self._with["take_zero_jump"]:
+            jump = look(_take_zero_jump, None)
+            if jump is not None:
+                return jump
+        return None
+
     def _report(self, finding: Finding, member: type[Suspect]) -> bool:
         """Report a finding once; return whether what fits is to be used from here on."""
         if finding in self._found:
@@ -278,6 +288,10 @@ class SettingsAgainstData:
 
 def _take(instant: Instant, unsure: bool, look: Suspect) -> None:
     look.take(instant, unsure)
+
+
+def _take_zero_jump(look: Suspect) -> Floats | None:
+    return look.take_zero_jump()
 
 
 def _zero_open_ns(look: Suspect) -> int:

@@ -223,6 +223,13 @@ def restart_mode(e: EngineState, rules: Rules) -> None:
 
 
 @compiled
+def begin_mode_anew(e: EngineState, rules: Rules) -> None:
+    """Forget mode and alarms: they rest on another zero."""
+    if rules.judged:
+        monitor.begin_mode_anew(e.memory)
+
+
+@compiled
 def _note_place(e, orientation, around):
     estimate, place = e.filter[0].record, e.memory.place
     scene = estimate.scene

@@ -92,6 +92,13 @@ def restart_mode(memory: Memory) -> None:
 
 
 @compiled
+def begin_mode_anew(memory: Memory) -> None:
+    """Forget mode and alarms; where the peg is, and its flag, stay."""
+    restart_mode(memory)
+    clear_alarms(memory.alarms)
+
+
+@compiled
 def restart(memory: Memory) -> None:
     """Forget mode, flag, alarms and the motion."""
     restart_mode(memory)

@@ -15,6 +15,8 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Forgets what a motion has shown.
 `restate(stated)`
     Takes other settings and goes on, where it `LASTS`.
+`forget_zero()`
+    Forgets what it has found of the zero: a tare has taken it.
 `take_stamps(of_wrench, t_ns)`, `take_every_wrench(t_ns, wrenches)`, `count(wrenches)`,
 `take(instant, unsure)`, `take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
     What it looks at: the stamp of every message, in the order in which they came; every wrench
@@ -27,6 +29,8 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
 `zero_open_ns` : int
     For how long what a peg at rest reads may have been a zero that nobody has taken, so that a
     tare takes it. 0 as a rule.
+`take_zero_jump()`
+    By how much the zero has jumped since this was asked last, which is then taken off a wrench.
 `reaction_errors` : ndarray or None
     What each setting that the motion cannot determine would cost if it is off, which is published
     as `doubt_*`. None is known as a rule.

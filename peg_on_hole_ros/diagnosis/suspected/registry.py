@@ -18,10 +18,11 @@ from peg_on_hole_ros.diagnosis.suspected.suspect import Suspect
 from peg_on_hole_ros.diagnosis.suspected.unobservable import Unobservable
 from peg_on_hole_ros.diagnosis.suspected.untaken_zero import UntakenZero
 from peg_on_hole_ros.diagnosis.suspected.wrong_wrench import WrongWrench
+from peg_on_hole_ros.diagnosis.suspected.zero_jump import ZeroJump
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    ClockStep, ClockDrift, Bursts, StandingWrench, Oscillation, DeadComponent, LargerUnit,
-    LiesAcross, StatedGravity, WrongWrench, UntakenZero, FreeAir, LowPass, RimMotion, OneSetting,
-    Delay, Unobservable,
+    ClockStep, ClockDrift, Bursts, StandingWrench, ZeroJump, Oscillation, DeadComponent,
+    LargerUnit, LiesAcross, StatedGravity, WrongWrench, UntakenZero, FreeAir, LowPass, RimMotion,
+    OneSetting, Delay, Unobservable,
 )  # fmt: skip

@@ -23,6 +23,7 @@ PARTS = (
     "unsure",
     "withholds",
     "zero_open_ns",
+    "take_zero_jump",
     "reaction_errors",
 )
 
@@ -166,6 +167,13 @@ class Suspect:
     def findings(self) -> Sequence[Finding]:
         """Return what is to be reported; what was reported before is passed over."""
         return () if self.finding is None else (self.finding,)
+
+    def take_zero_jump(self) -> Floats | None:
+        """Return by how much the zero has jumped since this was asked last; None: it has not."""
+        return None
+
+    def forget_zero(self) -> None:
+        """Forget what was found of the zero: a tare has taken it."""
 
     def restart(self) -> None:
         """Forget what a motion has shown."""
