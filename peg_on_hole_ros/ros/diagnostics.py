@@ -8,10 +8,13 @@ from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.messages.beside_estimates import HARDWARE_ID
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
+from peg_on_hole_ros.ros.log_lines import CountLines
 
 OK, WARN, ERROR = 0, 1, 2
 
 _INPUTS = "wrench", "joints"
+# A cause is logged again once it was gone for so many reports.
+_GONE_REPORTS = 10
 # Reports without a message of an input until that is logged: a driver may start later.
 _SILENT_REPORTS = 3
 _CHECK = "check topic names, QoS and domain"
@@ -28,6 +31,11 @@ _NO_NOISE = 7.0
 _TOO_SLOW = (
     "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
     "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
+)
+_NOT_SERVED = (
+    "messages were lost though the node had little to do with them: other programs take the "
+    "processor from it; leave it a core of its own (taskset, chrt), stop what else runs, or state "
+    "a larger qos_depth"
 )
 _NOT_ALONE = (
     "{} publish on the topics of this node: another of its name, or a bag of its outputs that is "
@@ -78,7 +86,9 @@ class Diagnostics:
         self._output_publishers = output_publishers
         self._why_silent = why_silent
         self._silent_reports = dict.fromkeys(_INPUTS, 0)
-        self._causes: set[str] = set()
+        # Reports since each was seen last.
+        self._causes: dict[str, int] = {}
+        self._count_lines = CountLines()
         self._publish = 1
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
@@ -137,27 +147,30 @@ class Diagnostics:
         new = self._new(counts)
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
         load = self._busy_ns / elapsed_ns
-        busy = load > _BUSY or any(name.endswith(_OVERLOAD_COUNT) for name in new)
+        lost_waiting = any(name.endswith(_OVERLOAD_COUNT) for name in new)
+        slow = _TOO_SLOW if load > _BUSY else _NOT_SERVED if lost_waiting else ""
         output, joined = self._output()
         silent, unheard = self._silent()
         status = [
             self._input(elapsed_ns, counts, lost, silent),
-            self._timing(elapsed_ns, load, busy),
+            self._timing(elapsed_ns, load, slow),
             output,
             _beside(self._filter(health, model, new, causes, idle), failed_looks),
         ]
         for each in status:
             each["name"] = f"{self._name}: {each['name']}"
-        told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
-        told += joined + unheard + self._new_causes([*causes, *failed_looks])
+        loaded = [f"load {load:.2g}: {slow}"] if slow else []
+        told = [*joined, *unheard, *self._new_causes([*loaded, *causes, *failed_looks])]
+        came = sum(self._received.values())
+        counted = self._count_lines.take(new, came, elapsed_ns * 1e-9)
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
-        return {"header": header(t_ns), "status": status}, [*_lines(new), *told]
+        return {"header": header(t_ns), "status": status}, [*counted, *told]
 
     def rest(self, counts: dict[str, int]) -> list[str]:
         """Return lines to log of what came after the last report, where no other will follow."""
-        return _lines(self._new(counts))
+        return self._count_lines.rest(self._new(counts))
 
     def _new(self, counts):
         """Return what is new and worth telling since the last call."""
@@ -168,9 +181,11 @@ class Diagnostics:
         return {name: n for name, n in new.items() if n > 0 and not _USUAL_COUNTS.search(name)}
 
     def _new_causes(self, causes):
-        """Return the causes that no report before had; their figures may change every second."""
+        """Return the causes that no report had lately; their figures may change every second."""
         before, kinds = self._causes, [_FIGURE.sub("", cause) for cause in causes]
-        self._causes = set(kinds)
+        # One that comes and goes is the same one.
+        lately = {kind: since + 1 for kind, since in before.items() if since < _GONE_REPORTS}
+        self._causes = lately | dict.fromkeys(kinds, 0)
         return [cause for cause, kind in zip(causes, kinds) if kind not in before]
 
     def _silent(self):
@@ -235,7 +250,7 @@ class Diagnostics:
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
 
-    def _timing(self, elapsed_ns, load, busy):
+    def _timing(self, elapsed_ns, load, slow):
         received = sum(self._received.values())
         values = {
             "load": load,
@@ -246,8 +261,8 @@ class Diagnostics:
             values["callback_mean_s"] = self._busy_ns * 1e-9 / received
         if self._age_ns is not None:
             values["stamp_age_s"] = self._age_ns * 1e-9
-        text = f"{_TOO_SLOW if busy else 'keeping up'}{self._clocks_apart()}"
-        return _status("timing", WARN if busy else OK, text, values)
+        text = f"{slow or 'keeping up'}{self._clocks_apart()}"
+        return _status("timing", WARN if slow else OK, text, values)
 
     def _clocks_apart(self):
         age = 0.0 if self._age_ns is None else self._age_ns * 1e-9
@@ -263,10 +278,6 @@ def _beside(status, failed_looks):
         return status
     message = "; ".join([status["message"], *failed_looks])
     return status | {"level": max(status["level"], WARN), "message": message}
-
-
-def _lines(new):
-    return [f"{name.replace('_', ' ')}: {count} times" for name, count in new.items()]
 
 
 def _status(name, level, message, values):

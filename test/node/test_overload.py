@@ -103,7 +103,7 @@ def test_what_there_is_no_room_for_is_pushed_out_in_the_order_of_stamps_and_coun
     assert left == [("j", 6), ("w", 6), ("w", 7), ("j", 8), ("w", 8)]
 
 
-def test_diagnostics_say_that_the_node_is_too_slow_however_light_its_own_work():
+def test_diagnostics_say_who_is_too_slow_by_the_nodes_own_work():
     counts = {"wrench_dropped_overload": 30, "joints_dropped_overload": 5}
     diagnostics = Diagnostics()
     for source, count in (("wrench", 10), ("joints", 5)):
@@ -114,11 +114,17 @@ def test_diagnostics_say_that_the_node_is_too_slow_however_light_its_own_work():
     values = {item["key"]: item["value"] for item in entries["values"]}
     assert (values["wrench_rate"], values["joints_rate"]) == ("40", "10")
     assert entries["level"] == timing["level"] == 1
-    assert timing["message"].startswith("too slow for this input rate")
+    # It had next to nothing to do: the machine did not let it.
+    assert timing["message"].startswith("messages were lost though the node had little to do")
     assert lines[-1] == f"load 1.5e-08: {timing['message']}"
     # Nothing of it is left in the next second.
     report, lines = diagnostics.report(0, 10**9, counts, {})
     assert report["status"][1]["message"] == "keeping up" and lines == []
+    diagnostics.received("wrench", 950_000_000)
+    report, lines = diagnostics.report(0, 10**9, counts, {})
+    timing = report["status"][1]
+    assert timing["message"].startswith("too slow for this input rate")
+    assert lines == [f"load 0.95: {timing['message']}"]
 
 
 @pytest.mark.parametrize(
