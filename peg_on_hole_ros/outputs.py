@@ -387,7 +387,8 @@ class Row(Record):
             "contact_mode",
             "data",
             "",
-            "`three_point`, `two_point`, `open`, `unknown` or `elsewhere`; in the row its place",
+            "`three_point`, `two_point`, `open`, `unknown`, `elsewhere` or `inserted`; in the "
+            "row its place",
         ),
     ]
     transition: Annotated[

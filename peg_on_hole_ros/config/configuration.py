@@ -287,6 +287,12 @@ def _check_together(configuration):
             f"which is {joints.source!r}: the peg's own angles do not tell where it is; set it "
             "to 0.0"
         )
+    if monitor.inserted_depth and joints.place_stddev is None:
+        raise PegOnHoleError(
+            f"monitor.inserted_depth = {monitor.inserted_depth:g} m needs the measured place of "
+            "the peg: joints.source robot, with joints.hole_xyz and hole_xyz_stddev stated; set "
+            "it to 0.0"
+        )
     axes = configuration.wrench.axes
     if not axes or joints.source != "robot" and axes not in ("sensor", "base"):
         raise PegOnHoleError(

@@ -159,6 +159,7 @@ class MonitorOptions:
     alarm_hold: float = 0.2
     max_normal: tuple[float, float, float] = (500.0, 500.0, 500.0)
     singular_band: float = 0.12
+    inserted_depth: float = 0.0
 
     @property
     def rest_rate(self) -> float:

@@ -564,6 +564,15 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         1.0,
     ),
+    _monitor(
+        "inserted_depth",
+        "of the lower end of the shank below the edge of the bore, from which a peg that touches "
+        "in the hole is inserted: less than where its seat is by what hole_xyz may be off; needs "
+        "joints.hole_xyz and hole_xyz_stddev; 0: not stated",
+        "m",
+        0.0,
+        10.0,
+    ),
     _plan("aim", "what a planned motion has least of, within its limits", choices=AIMS),
     _plan("start_tilt", "at which the peg has been set on the rim; above gamma0", "rad", 0.0, 1.5),
     _plan(

@@ -3,8 +3,8 @@
 from peg_on_hole_ros.engine.tuned import ANNOUNCED_MOTION
 from peg_on_hole_ros.monitor.output_view import OutputView
 
-# What can be announced, and the mode in which it has come about.
-MODES = {"lift_off": "open", "insertion": "two_point"}
+# What can be announced, and the modes in which it has come about.
+MODES = {"lift_off": ("open",), "insertion": ("two_point", "inserted")}
 NOTHING = "nothing"
 
 
@@ -32,7 +32,7 @@ class AnnouncedMotion:
         """Return outputs in which what is expected is no alarm; notice whether it has come."""
         if not self.what:
             return outputs
-        if outputs.contact_mode != MODES[self.what]:
+        if outputs.contact_mode not in MODES[self.what]:
             self._since_ns = None
         elif self._since_ns is None or outputs.t_ns < self._since_ns:
             self._since_ns = outputs.t_ns

@@ -16,7 +16,7 @@ ARROW, CYLINDER, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 3, 4, 5, 11
 ADD, DELETE = 0, 2
 
 # Elsewhere the estimate's place is one that the peg would have on its contacts.
-TOUCHING = ("three_point", "two_point")
+TOUCHING = ("three_point", "two_point", "inserted")
 RIM_SEGMENTS = 48
 CONE_SEGMENTS = 16
 LONGEST_ARROW = 3.0  # in hole diameters; a wedged peg's forces have no bound

@@ -115,7 +115,7 @@ class MessageStream:
         )
         self._hole = configuration.frames.hole
         self._outputs = OutputStream(configuration.scene, markers_rate, self._possible, self._hole)
-        self._tries = Tries()
+        self._tries = Tries(configuration.monitor.inserted_depth > 0.0)
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
         self._joints_needed = joints.names
@@ -354,6 +354,7 @@ class MessageStream:
 
 
 def _pose(t_ns, numbers, frame):
+        self._tries.depth_stated = configuration.monitor.inserted_depth > 0.0
     layout = LAYOUTS["pose"]
     return layout.message(t_ns, numbers[layout.at], frame)
 

@@ -21,7 +21,8 @@ PEG_CHANGE_NS = 1_000_000_000
 MOST_CYCLE_ALARMS = 100
 # Decimals of seconds, far below a wrench's period, and of newtons, below any sensor's noise.
 _SECONDS, _NEWTONS = 6, 3
-ELSEWHERE = "elsewhere"
+ELSEWHERE, INSERTED = "elsewhere", "inserted"
+_TOUCHING = ("three_point", "two_point", INSERTED)
 
 
 class _Came(NamedTuple):
@@ -56,9 +57,17 @@ class Tries:
     fall, or where the wrench fell silent for longer than anybody can say what the peg did; the
     next one then begins with a contact mode that is declared anew. One stamp alone is no silence:
     what comes after it is waited for. What a record holds: docs/command_line.md.
+
+    Attributes
+    ----------
+    depth_stated : bool
+        Whether a try has gone in where the contact mode was `inserted` at its end, and not where
+        contact became two-point.
+
     """
 
-    def __init__(self) -> None:
+    def __init__(self, depth_stated: bool = False) -> None:
+        self.depth_stated = depth_stated
         self._levels: dict[str, int] = {}
         self._flag = False
         self._mode = ""
@@ -77,6 +86,7 @@ class Tries:
         self._start_ns: int | None = None
         self._latency = 0.0
         self._transition_ns: int | None = None
+        self._inserted = False
         self._last_ns = 0
         self._peak = [0.0, 0.0, 0.0]
         self._sum = [0.0, 0.0, 0.0]
@@ -127,9 +137,7 @@ class Tries:
         """Take stamps as far as nothing begins or ends; return how many these are."""
         t_ns = columns.t_ns[first:until]
         started = self._start_ns is not None
-        touching = self._mode in ("three_point", "two_point") or (
-            started and self._mode == "unknown"
-        )
+        touching = self._mode in _TOUCHING or (started and self._mode == "unknown")
         if touching and not started:
             return 0
         if touching:
@@ -171,12 +179,14 @@ class Tries:
         risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag
         if "transition" in fields:
             self._flag = fields["transition"]["data"]
-        touching = self._mode in ("three_point", "two_point")
+        touching = self._mode in _TOUCHING
         touching |= self._start_ns is not None and self._mode == "unknown"
         if touching:
             if self._start_ns is None:
                 self._start(t_ns, came.touch)
             self._open_ns, self._last_ns = None, t_ns
+            # What is no longer known, or let go, was not pulled out.
+            self._inserted = self._mode == INSERTED or self._inserted and self._mode == "unknown"
             self._add_loads(came.loads)
         elif self._start_ns is not None:
             if self._mode == ELSEWHERE and t_ns - self._start_ns < CONTACT_DECIDED_NS:
@@ -253,9 +263,9 @@ class Tries:
 
     def _end(self, otherwise):
         since = self._transition_ns
-        if since is not None and self._flag:
+        if self._inserted or (since is not None and self._flag and not self.depth_stated):
             outcome = "inserted"
-        elif since is None and self._levels.get("jamming", 0) == 2:
+        elif (since is None or self.depth_stated) and self._levels.get("jamming", 0) == 2:
             outcome = "jammed"
         else:
             outcome = otherwise

@@ -11,6 +11,7 @@ from peg_on_hole_ros.monitor.closed_contacts import is_closed
 from peg_on_hole_ros.monitor.dangers.registry import assess_dangers, fill_dangers, restart_trends
 from peg_on_hole_ros.monitor.evidence import weigh_wrench
 from peg_on_hole_ros.monitor.friction_step import follow_friction
+from peg_on_hole_ros.monitor.inserted import follow_insertion, published_mode
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
 from peg_on_hole_ros.monitor.known_quantities import Known, fill_known
 from peg_on_hole_ros.monitor.memory import Memory, restart_mode
@@ -161,6 +162,7 @@ def assess(
     if not blind:
         update_flag(transition, settings, t, shown.below, shown.on_hole)
     follow_way(memory.way, declared.mode, memory.evidence, memory.place, transition.flag, t)
+    follow_insertion(memory.insertion, declared.mode, shown, memory.place, settings, t)
     declared.three_point_tried = (
         memory.known.clearance_stddev > 0.0
         and not transition.flag
@@ -209,7 +211,8 @@ def fill_known_outputs(row: Row, below: float, known: Known, on_contacts: bool) 
 def fill_declared(row: Row, memory: Memory) -> None:
     """Fill in mode, with the contacts that it implies, flag and alarms as they stand."""
     mode = memory.declared.mode
-    row.contact_mode, row.transition = mode, memory.transition.flag
+    row.contact_mode = published_mode(memory.insertion, mode)
+    row.transition = memory.transition.flag
     for i in range(3):
         row.closed[i] = is_closed(mode, row.normal[i])
         alarm, published = row.alarms[i], memory.alarms.published[i]

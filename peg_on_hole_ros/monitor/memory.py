@@ -8,6 +8,7 @@ from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
 from peg_on_hole_ros.monitor.dangers.registry import Dangers, forget_dangers
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
 from peg_on_hole_ros.monitor.friction_step import FrictionStep, forget_friction
+from peg_on_hole_ros.monitor.inserted import Insertion, forget_insertion
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
 from peg_on_hole_ros.monitor.motion_trend import MotionTrend, forget_motion
@@ -33,6 +34,7 @@ class Memory(Record):
     place : PlaceMisfit
         As it was measured last.
     way : WayIn
+    insertion : Insertion
     evidence : Evidence
         What wrenches have shown of the contacts.
     points : ndarray, shape (3,)
@@ -52,6 +54,7 @@ class Memory(Record):
     transition: Transition
     place: PlaceMisfit
     way: WayIn
+    insertion: Insertion
     evidence: Evidence
     points: Annotated[Floats, (one_point.COUNT,)]
     motion: MotionTrend
@@ -89,6 +92,7 @@ def restart_mode(memory: Memory) -> None:
     forget_contacts_and_loads(memory)
     memory.t_ns = memory.oriented_ns = NO_STAMP
     forget_place(memory.place)
+    forget_insertion(memory.insertion)
 
 
 @compiled

@@ -31,6 +31,8 @@ class Misfit(NamedTuple):
         Probability that it is, and that it does not touch the hole.
     inside : bool
         Whether it is surely in the hole, below the rim.
+    depth, depth_stddev : float
+        Of the peg's lower end below the rim [m].
 
     """
 
@@ -40,6 +42,8 @@ class Misfit(NamedTuple):
     within_reach: float
     beside: float
     inside: bool
+    depth: float
+    depth_stddev: float
 
 
 class PlaceMisfit(Record):
@@ -51,12 +55,14 @@ class PlaceMisfit(Record):
     within_reach: float
     beside: float
     inside: bool
+    depth: float
+    depth_stddev: float
 
 
 @compiled
 def forget_place(place: PlaceMisfit) -> None:
     """Forget what was measured."""
-    place.offset = place.deviations = nan
+    place.offset = place.deviations = place.depth = place.depth_stddev = nan
     place.evidence = place.within_reach = place.beside = 0.0
     place.inside = False
 
@@ -67,6 +73,7 @@ def take_place(place: PlaceMisfit, found: Misfit) -> None:
     place.offset, place.deviations = found.offset, found.deviations
     place.evidence, place.within_reach = found.evidence, found.within_reach
     place.beside, place.inside = found.beside, found.inside
+    place.depth, place.depth_stddev = found.depth, found.depth_stddev
 
 
 @compiled
@@ -145,7 +152,7 @@ def misfit(
     if cos(gamma) > d / D:
         residual = position - place_inside(d, D, gamma, position)
         deep = position[2] < -PLACE_CHECK.sure * spread_z
-        return _misfit(residual, position_covariance, reach, deep)
+        return _misfit(residual, position_covariance, reach, deep, -position[2])
     place = touching_place(d, D, gamma, psi)
     residual = position - place
     slopes = np.zeros((3, 2))
@@ -160,11 +167,11 @@ def misfit(
     if diameter_variance > 0.0:
         spread = sqrt(diameter_variance)
         S += _outer(touching_place(d - spread, D, gamma, psi) - place)
-    return _misfit(residual, S, reach, False)
+    return _misfit(residual, S, reach, False, -position[2])
 
 
 @compiled
-def _misfit(residual: Floats, S: Floats, reach: float, deep: bool) -> Misfit:
+def _misfit(residual: Floats, S: Floats, reach: float, deep: bool, depth: float) -> Misfit:
     """Return the misfit of a residual with a covariance, of a peg as low and as deep."""
     wide = S + PLACE_CHECK.elsewhere * PLACE_CHECK.elsewhere * np.eye(3)
     white = np.empty(3)
@@ -175,7 +182,8 @@ def _misfit(residual: Floats, S: Floats, reach: float, deep: bool) -> Misfit:
     evidence = min(ratio, EVIDENCE_WEIGHTS.most)
     beside = reach * (1.0 - exp(-ratio))
     inside = deep and squared < PLACE_CHECK.sure * PLACE_CHECK.sure
-    return Misfit(distance, sqrt(squared), evidence, reach, beside, inside)
+    spread_z = sqrt(S[2, 2])
+    return Misfit(distance, sqrt(squared), evidence, reach, beside, inside, depth, spread_z)
 
 
 @compiled

@@ -36,6 +36,7 @@ class MonitorSettings(Record):
     forecast_acceleration_stddev: float
     forecast_acceleration_time: float
     singular_band: float
+    inserted_depth: float
     jamming_horizon: float
     load_horizon: float
     max_normal: Vector3

@@ -15,6 +15,7 @@ class Mode(IntEnum):
     OPEN = 2
     UNKNOWN = 3
     ELSEWHERE = 4
+    INSERTED = 5
 
 
 # Their names in messages.

@@ -159,6 +159,21 @@ class PlaceCheck(NamedTuple):
     sure: float = 4.0
 
 
+class Inserted(NamedTuple):
+    """
+    Until when a peg that was as deep as is stated counts as inserted.
+
+    Attributes
+    ----------
+    back : float
+        It counts as inserted until it has come back by so much [standard deviations of the
+        depth]: a peg that rests at the stated depth does not flicker by the noise of its joints.
+
+    """
+
+    back: float = 2.0
+
+
 class PlateTest(NamedTuple):
     """
     Whether a load is that of a plate on the lowest point of the peg.
@@ -560,6 +575,7 @@ EVIDENCE_WEIGHTS = EvidenceWeights()
 CREDITED_REACTIONS = CreditedReactions()
 ONE_POINT = OnePoint()
 PLACE_CHECK = PlaceCheck()
+INSERTED = Inserted()
 PLATE_TEST = PlateTest()
 WAY_IN = WayIn()
 MODE_DWELL = ModeDwell()
@@ -587,6 +603,7 @@ class MonitorNumbers(NamedTuple):
     credited_reactions: CreditedReactions = CREDITED_REACTIONS
     one_point: OnePoint = ONE_POINT
     place_check: PlaceCheck = PLACE_CHECK
+    inserted: Inserted = INSERTED
     plate_test: PlateTest = PLATE_TEST
     way_in: WayIn = WAY_IN
     mode_dwell: ModeDwell = MODE_DWELL

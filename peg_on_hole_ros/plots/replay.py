@@ -14,6 +14,7 @@ TRACE_COLORS = ("#1b6ca8", "#c2571a", "#2e7d32")
 MODE_COLORS = {
     "three_point": "#2e7d32",
     "two_point": "#c2571a",
+    "inserted": "#1b6ca8",
     "open": "#9e9e9e",
     "elsewhere": "#b39ddb",
     "unknown": "#e0e0e0",

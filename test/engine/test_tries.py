@@ -309,3 +309,25 @@ def test_the_working_cycle_has_two_tries(tmp_path):
     peak = scene.normal[three & (scene.t_ns > 8_000_000_000)].max(axis=0)
     assert second["peak_normal"]["K"] == pytest.approx(peak[0], rel=0.05)
     assert json.loads(json_line(second)) == second
+
+
+def stated_depth(rows):
+    """Return the outcomes of tries where a depth is stated."""
+    tries, found = Tries(depth_stated=True), []
+    for t_ms, messages in rows:
+        found += take(tries, START + t_ms * MS, messages)
+    return [record["outcome"] for record in (*found, *tries.finish())]
+
+
+def test_where_a_depth_is_stated_it_decides_what_went_in():
+    begin = [(0, said("three_point", flag=False)), (10, said("two_point", flag=True))]
+    let_go = [(60, said("unknown")), (70, said("open")), (70 + PAUSE_MS, said())]
+    deep = (50, said("inserted"))
+    assert stated_depth([*begin, deep, *let_go]) == ["inserted"]
+    assert stated_depth([*begin, deep]) == ["inserted"]
+    # Through gamma0 alone, or pulled back: it is not in.
+    assert stated_depth([*begin, *let_go]) == ["aborted"]
+    assert stated_depth([*begin, deep, (55, said("two_point")), *let_go]) == ["aborted"]
+    assert stated_depth([*begin, (50, said(jamming=2)), *let_go]) == ["jammed"]
+    # A peg that comes upright through the air is inserted without any transition.
+    assert stated_depth([(0, said("open", flag=False)), deep, (60, said())]) == ["inserted"]

@@ -6,7 +6,7 @@ const CONTACTS = ["K", "B1", "B2"];
 // Angles alone do not tell where a peg is that does not lie on the rim.
 const WHERE = {
   open: "no contact: place not known", two_point: "in the hole: depth not known", unknown: "contact not known",
-  elsewhere: "on something beside the hole: place not known",
+  elsewhere: "on something beside the hole: place not known", inserted: "in the hole, as deep as is stated",
 };
 const CONE = 26, LONGEST = 55;
 

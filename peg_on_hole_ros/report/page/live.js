@@ -5,6 +5,7 @@ const SAID = {
   open: "No contact", three_point: "Three-point contact",
   two_point: "Two-point contact: the peg is in the hole", unknown: "Contact not known",
   elsewhere: "Contact beside the hole, as with a plate",
+  inserted: "Inserted: in the hole as deep as is stated",
 };
 const RECONNECT_MS = 1000;
 
