@@ -79,6 +79,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
     def __init__(self, arguments: list[str]) -> None:
         self.arguments = arguments
         self._stream: MessageStream | None = None
+        self._declared = self._finalized = False
         super().__init__(
             NODE,
             automatically_declare_parameters_from_overrides=True,
@@ -100,6 +101,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
         self.configuration, self.options = node_parameters.read(self)
         node_parameters.describe(self)
         self.add_post_set_parameters_callback(self._take_parameters)
+        self._declared = True
 
     @log_errors
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -174,18 +176,32 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.ExplainsRefusa
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish record and try."""
         self._release()
+        self._finalized = True
         return SUCCESS
 
     @log_errors
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of what a transition that failed has left, so that the node can be configured."""
+        # Where that fails as well, the node is finalized.
+        self._finalized = True
         self._release()
+        self._finalized = False
         return SUCCESS
 
     @property
     def is_configured(self) -> bool:
         """Whether the estimator has been built from the parameters."""
         return self._stream is not None
+
+    @property
+    def is_declared(self) -> bool:
+        """Whether all parameters have their first values."""
+        return self._declared
+
+    @property
+    def is_finalized(self) -> bool:
+        """Whether the node cannot be configured any more."""
+        return self._finalized
 
     def _take_parameters(self, changed):
         values = node_parameters.live(changed)

@@ -1,6 +1,6 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from copy import copy
 from pathlib import Path
 
@@ -29,6 +29,8 @@ from peg_on_hole_ros.robot.urdf_source import beside
 from peg_on_hole_ros.safe_text import printable
 from peg_on_hole_ros.startup.exit_codes import exit_code_and_text
 
+# What nothing reads after the process has started.
+_AT_START = ("autostart",)
 # Arguments of the launch file, which launch_ros writes to a parameters file of their own.
 BY_LAUNCH = {"use_sim_time", "autostart"}
 
@@ -69,6 +71,8 @@ def describe(node: Node) -> None:
 def _constraints(row):
     """Return in words what a descriptor has no fields for."""
     told = [] if row.live else ["needs a node that is not configured"]
+    if row.name in _AT_START:
+        told = ["read when the process starts"]
     if row.choices:
         told.append(f"one of {', '.join(row.choices)}")
     elif row.type == "double[]":
@@ -80,16 +84,29 @@ class ExplainsRefusals:
     """For a Node: says what can be set at present, and why the rest cannot."""
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return a descriptor; read_only: as long as the node is configured."""
+        """Return a descriptor; read_only: as long as a change would be refused."""
         # rclpy takes no descriptor back that is read-only, which is so for a while alone.
         descriptor = copy(super().describe_parameter(name))
         if name in BY_NAME:
-            descriptor.read_only = self.is_configured and not BY_NAME[name].live
+            descriptor.read_only = bool(self._why_fixed(name))
         return descriptor
+
+    def _why_fixed(self, name):
+        """Return why no value of a parameter is taken at present; empty: one may be."""
+        if self.is_finalized:
+            return "the node is finalized, and reads no parameter any more; start it anew"
+        if self.is_declared and name in _AT_START:
+            return "it is read once, when the process starts; restart the node with it"
+        if self.is_configured and not BY_NAME[name].live:
+            return (
+                "the estimator is built with it when it is configured; deactivate and clean up "
+                "the node first, then set it and configure the node again"
+            )
+        return ""
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all or none; what cannot be set at present, and no parameter, has its reason."""
-        result = refusal(self, self.is_configured, parameter_list)
+        result = refusal(self, self._why_fixed, parameter_list)
         if not result.successful:
             return result
         before = [self.get_parameter(parameter.name) for parameter in parameter_list]
@@ -157,18 +174,22 @@ def read(node: Node) -> tuple[Configuration, NodeOptions]:
     return from_parameters(parameters), node_options(parameters)
 
 
-def refusal(node: Node, configured: bool, changed: Iterable[Parameter]) -> SetParametersResult:
-    """Say whether parameters may be changed; a change without effect is refused with a reason."""
+def refusal(
+    node: Node, why_fixed: Callable[[str], str], changed: Iterable[Parameter]
+) -> SetParametersResult:
+    """
+    Say whether parameters may be changed; a change without effect is refused with a reason.
+
+    `why_fixed` returns why no value of a parameter is taken at present; empty: one may be.
+    """
     new = {parameter.name: parameter.value for parameter in changed}
     try:
         for name, value in new.items():
             check_one(name, value)
-        fixed = [name for name in new if name in BY_NAME and not BY_NAME[name].live]
-        if configured and fixed:
-            raise PegOnHoleError(
-                f"{', '.join(fixed)}: the estimator is built with it when it is configured; "
-                "deactivate and clean up the node first, then set it and configure the node again"
-            )
+        whys = {name: why_fixed(name) for name in new if name in BY_NAME}
+        for why in filter(None, whys.values()):
+            fixed = [name for name in whys if whys[name] == why]
+            raise PegOnHoleError(f"{', '.join(fixed)}: {why}")
         from_parameters(values(node) | new)
     except Exception as error:
         return _refused(error)
