@@ -1,5 +1,6 @@
 """The report of a replay: words, tries, plots, drawing, settings, where it all comes from."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,6 +49,8 @@ class Replay(NamedTuple):
     doubts : list of str
         What makes the numbers doubtful.
     configuration : Configuration
+    contradicted : sequence of str
+        What the data contradict, likeliest first: some of the doubts.
 
     """
 
@@ -59,6 +62,7 @@ class Replay(NamedTuple):
     score: Score | None
     doubts: list[str]
     configuration: Configuration
+    contradicted: Sequence[str] = ()
 
 
 def replay_page(found: Replay) -> str:
@@ -67,6 +71,7 @@ def replay_page(found: Replay) -> str:
     begun = words.tries_at(content["cycles"], tracks.runs)
     before = [
         f"<header>\n<h1>Replay of {html(found.path.name)}</h1>",
+        *_contradiction(found.contradicted),
         f'<p class="lead">{sentence(_headline(found, begun))}</p>',
         _meta(content),
         _damage(content["damage"]),
@@ -83,6 +88,11 @@ def replay_page(found: Replay) -> str:
     ]
     title = f"Replay of {shown(found.path.name)}"
     return document(title, before, _model(found), list(filter(None, after)))
+
+
+def _contradiction(causes):
+    remark = words.contradiction(list(causes))
+    return [f'<p class="damage lead">{sentence(remark)}</p>'] if remark else []
 
 
 def _headline(found, begun):

@@ -73,6 +73,15 @@ def _ordinal(n):
     return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
 
 
+def contradiction(causes: list[str]) -> Remark | None:
+    """Return that settings are contradicted, and by what first, before what rests on them."""
+    if not causes:
+        return None
+    more = len(causes) - 1
+    others = f" (and {more} more, below)" if more else ""
+    return Remark(f"Settings are contradicted: {causes[0]}{others}.")
+
+
 def load_line(
     peaks: dict[str, PeakReaction], limits: Sequence[float], void: str | None = None
 ) -> Remark:

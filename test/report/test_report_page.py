@@ -215,3 +215,11 @@ def test_without_plotly_it_is_refused_before_the_work(tmp_path, capsys, monkeypa
     message = "--report needs plotly: pip install plotly"
     fails(capsys, 2, message, "replay", bag, "--report", tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()
+
+
+def test_settings_that_are_contradicted_come_before_what_happened(tmp_path):
+    found = replay_of(tmp_path / "a.mcap")
+    assert "Settings are contradicted" not in replay_page(found)
+    text = replay_page(found._replace(contradicted=("wrench: kN", "joints: two publish")))
+    said = "Settings are contradicted: wrench: kN (and 1 more, below)."
+    assert 0 < text.index(said) < text.index("No try to insert the peg")

@@ -6,6 +6,7 @@ from peg_on_hole_ros.messages.passed_time import StampRun
 from peg_on_hole_ros.report.tracks import PeakReaction
 from peg_on_hole_ros.report.words import (
     alarm_lines,
+    contradiction,
     doubt_lines,
     dropped_line,
     headline,
@@ -115,3 +116,12 @@ def test_tries_are_found_on_the_time_that_has_passed_where_the_clock_went_back()
     assert tries_at(cycles[:2], runs) == pytest.approx([2.0, 9.0])
     # The third begins before the second: it is of the second run.
     assert tries_at(cycles, runs) == pytest.approx([2.0, 9.0, 11.0])
+
+
+def test_what_the_data_contradict_comes_before_all_that_rests_on_it():
+    assert contradiction([]) is None
+    one = contradiction(["joints: two publish on /joint_states"])
+    assert one.text == "Settings are contradicted: joints: two publish on /joint_states."
+    assert (
+        contradiction(["a", "b", "c"]).text == "Settings are contradicted: a (and 2 more, below)."
+    )
