@@ -152,6 +152,9 @@ class Arrivals(NamedTuple):
         Of all that are wrenches, as received [N], [N m].
     orientations : ndarray, shape (n - w, 24)
         Of all others, see `AngleMeasurement.row`.
+    positions : ndarray, shape (n - w, joints)
+        Of all others, what the joints read as received, in the order of `joints.names` [rad or
+        m]; NaN where it was not read.
 
     """
 
@@ -160,6 +163,7 @@ class Arrivals(NamedTuple):
     sound: np.ndarray
     wrenches: np.ndarray
     orientations: np.ndarray
+    positions: np.ndarray
 
 
 class Rows(NamedTuple):

@@ -7,7 +7,12 @@ import numpy as np
 
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layout
 from peg_on_hole_ros.config.options import JointInput
-from peg_on_hole_ros.measurements.orientation import ROW, JointOrientation, Outcome
+from peg_on_hole_ros.measurements.orientation import (
+    ROW,
+    JointOrientation,
+    Outcome,
+    positions_of,
+)
 from peg_on_hole_ros.measurements.wrench_reduction import sound_wrenches
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
@@ -232,6 +237,7 @@ def arrivals_of(
     of_wrench, of_joints = source == "wrench", source == "joints"
     sound = np.zeros(len(batch), bool)
     rows = np.full((len(batch), ROW), np.nan)
+    read = np.full((len(batch), len(joints.names)), np.nan)
     for number, layout in enumerate(batch.layouts):
         fits = batch.layout == number
         at = np.flatnonzero(fits & of_wrench)
@@ -239,15 +245,15 @@ def arrivals_of(
             sound[at] = sound_wrenches(batch.values[at, :6])
         at = np.flatnonzero(fits & of_joints)
         if len(at):
-            sound[at], rows[at] = _orientations(
-                layout.names, batch.values[at, : layout.width], joints, orientation
-            )
+            positions = batch.values[at, : layout.width]
+            sound[at], rows[at] = _orientations(layout.names, positions, joints, orientation)
+            read[at] = positions_of(joints.names, layout.names, positions)
     t_ns = np.where(of_wrench, batch.t_ns, batch.t_ns - round(joints.delay * 1e9))
     # A batch without any wrench that can be read may be narrower.
     wrenches = np.full((np.count_nonzero(of_wrench), 6), np.nan)
-    read = batch.values[of_wrench, :6]
-    wrenches[:, : read.shape[1]] = read
-    return Arrivals(of_wrench, t_ns, sound, wrenches, rows[~of_wrench])
+    received = batch.values[of_wrench, :6]
+    wrenches[:, : received.shape[1]] = received
+    return Arrivals(of_wrench, t_ns, sound, wrenches, rows[~of_wrench], read[~of_wrench])
 
 
 def _orientations(names, positions, joints, orientation):

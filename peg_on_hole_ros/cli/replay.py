@@ -189,14 +189,22 @@ def replay(
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
         content["undetermined"] = undetermined_content(score)
-    doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen, replayed.causes)
+    doubts = doubts_of(
+        content,
+        replayed.by_source,
+        configuration,
+        replayed.seen,
+        replayed.causes,
+        replayed.joints_explained,
+    )
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     doubts = [*bag.remarks(needed), *bag.foreign(), *([mixed] if mixed else []), *doubts]
     failed = _note_failures(content, replayed.failures)
     no_page = None
     if page is not None and report_path:
-        no_page = page.write(report_path, bag, content, score, [*doubts, *failed], configuration)
+        told = [*doubts, *failed], replayed.contradicted
+        no_page = page.write(report_path, bag, content, score, told, configuration)
         failed += _note_failures(content, page.failures)
     doubts += failed
     return content, score, doubts, no_page
@@ -280,14 +288,16 @@ class _Page:
     def take_inputs(self, arrivals, begin, end):
         self._drawn(lambda both: both[1].take_inputs(arrivals, begin, end), None)
 
-    def write(self, path, bag, content, score, doubts, configuration):
-        """Write the page; return why it cannot be written, or None."""
+    def write(self, path, bag, content, score, told, configuration):
+        """Write the page, `told` are doubts and contradictions; return why not, or None."""
         from peg_on_hole_ros.report.replay_page import Replay, replay_page
 
         def draw(both):
             tracks, inputs = both
             files = bag_files(bag.path).files
-            found = Replay(bag.path, files, content, tracks, inputs, score, doubts, configuration)
+            doubts, contradicted = told
+            seen = files, content, tracks, inputs, score, doubts
+            found = Replay(bag.path, *seen, configuration, contradicted)
             return replay_page(found)
 
         text = self._drawn(draw, None)

@@ -510,6 +510,85 @@ class BurstsTest(NamedTuple):
     share: float = 0.9
 
 
+class EncoderStep(NamedTuple):
+    """
+    When values of joints lie on a grid.
+
+    Attributes
+    ----------
+    distances : int
+        Distances between distinct values, at least [distances]: so many are whole multiples of
+        the least by chance in one of a million.
+    distinct : float
+        Distinct values of a joint, at most this share of its messages [-]: slower than a step
+        from one message to the next, it comes to each several times.
+    off : float
+        A distance is a whole number of steps but for so much, and steps of joints that agree to
+        this are one grid's [-].
+    rounding : float
+        Values closer than this are one [rad].
+
+    """
+
+    distances: int = 4
+    distinct: float = 0.7
+    off: float = 0.02
+    rounding: float = 1e-9
+
+
+class CoarseJointsTest(NamedTuple):
+    """
+    When joint states come in steps that are wider than their noise.
+
+    Attributes
+    ----------
+    kept : int
+        Joint states that are looked at together [messages].
+    fewest : int
+        Of fewer nothing is told [messages].
+
+    """
+
+    kept: int = 256
+    fewest: int = 20
+
+
+class TwinJointsTest(NamedTuple):
+    """
+    When joint states are of two motions that take turns.
+
+    Attributes
+    ----------
+    kept : int
+        Joint states that are looked at together [messages]: 0.13 s at 500 Hz, in which a motion
+        is a parabola.
+    kept_steps : int
+        Joint states in which steps of an encoder are looked for [messages].
+    rounds : int
+        Each message is assigned so many times [rounds].
+    fewest : int
+        Messages of the rarer motion, at least [messages].
+    turns : int
+        Changes from one to the other, at least [changes]: a step, and a vibration far below the
+        rate of the messages, make fewer.
+    clear : float
+        The motions are apart by more than so many times what is left of each [-]: halves of one
+        normal distribution are by 2.7, those of a sine by 4.1.
+    grid : float
+        Motions of encoders with steps are apart by more than so many [steps]: a joint between two
+        steps toggles.
+
+    """
+
+    kept: int = 64
+    kept_steps: int = 256
+    rounds: int = 3
+    fewest: int = 8
+    turns: int = 16
+    clear: float = 6.0
+    grid: float = 1.5
+
+
 class ClockDriftTest(NamedTuple):
     """
     When the clocks of wrench and joint states part.
@@ -893,6 +972,9 @@ LOOK_WINDOW = LookWindow()
 ROUNDING_STEPS = RoundingSteps()
 WRONG_WRENCH_TEST = WrongWrenchTest()
 BURSTS_TEST = BurstsTest()
+ENCODER_STEP = EncoderStep()
+COARSE_JOINTS_TEST = CoarseJointsTest()
+TWIN_JOINTS_TEST = TwinJointsTest()
 CLOCK_DRIFT_TEST = ClockDriftTest()
 CLOCK_STEP_TEST = ClockStepTest()
 DEAD_COMPONENT_TEST = DeadComponentTest()
@@ -921,6 +1003,9 @@ class DiagnosisNumbers(NamedTuple):
     rounding_steps: RoundingSteps = ROUNDING_STEPS
     wrong_wrench_test: WrongWrenchTest = WRONG_WRENCH_TEST
     bursts_test: BurstsTest = BURSTS_TEST
+    encoder_step: EncoderStep = ENCODER_STEP
+    coarse_joints_test: CoarseJointsTest = COARSE_JOINTS_TEST
+    twin_joints_test: TwinJointsTest = TWIN_JOINTS_TEST
     clock_drift_test: ClockDriftTest = CLOCK_DRIFT_TEST
     clock_step_test: ClockStepTest = CLOCK_STEP_TEST
     dead_component_test: DeadComponentTest = DEAD_COMPONENT_TEST

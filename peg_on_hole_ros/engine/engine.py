@@ -189,7 +189,11 @@ class Engine:
         now = int(self._batch[0]["place"])
         if now > before:
             some = slice(before, now)
-            self.settings_against_data.take_stamps(arrivals.of_wrench[some], arrivals.t_ns[some])
+            joints = ~arrivals.of_wrench[:now]
+            read = arrivals.positions[np.count_nonzero(joints[:before]) : np.count_nonzero(joints)]
+            self.settings_against_data.take_arrivals(
+                arrivals.of_wrench[some], arrivals.t_ns[some], read
+            )
         return now
 
     def _note(self, arrivals: Arrivals, given: Filled, taken: int, rows: int) -> tuple[int, int]:
@@ -268,7 +272,9 @@ class Engine:
             self.settings_against_data.leave_three_contacts()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
         instant = Instant(sample, measured, self.processor.standing, in_air)
-        if self.settings_against_data.take(instant):
+        changed = self.settings_against_data.take(instant)
+        self.processor.widen_orientations(self.settings_against_data.joints_variance)
+        if changed:
             self._use_found()
             return True
         jump = self.settings_against_data.take_zero_jump()
@@ -285,6 +291,7 @@ class Engine:
         self.configuration = self.settings_against_data.with_findings(self.configuration)
         self._counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
+        self.processor.widen_orientations(self.settings_against_data.joints_variance)
         self._ring = ring.with_room(self._ring, self.processor.filter.state)
         measured = self.measured
         if measured is not None:

@@ -14,7 +14,7 @@ from peg_on_hole_ros.engine.state import ORIENTATION_WIDTH
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
-from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
+from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints, positions_of
 from peg_on_hole_ros.measurements.wrench_reduction import wrench_fault
 from peg_on_hole_ros.monitor.output_row import ROW
 from peg_on_hole_ros.monitor.output_view import OutputView
@@ -28,6 +28,7 @@ from peg_on_hole_ros.records import (
 
 _NOT, _SOUND = np.zeros(1, bool), np.ones(1, bool)
 _NO_WRENCH, _NO_ORIENTATION = np.empty((0, 6)), np.empty((0, ORIENTATION_WIDTH))
+_NO_JOINTS = np.empty((0, 0))
 _NO_ROWS = Rows(np.empty(0, np.int64), np.empty(0, ROW))
 
 
@@ -102,7 +103,18 @@ class Pipeline:
     @property
     def causes(self) -> list[str]:
         """Settings that the data contradict, likeliest first, then what is wrong with values."""
-        return [*self._engine.settings_against_data.causes, *self.processor.causes]
+        found = self._engine.settings_against_data
+        return [*found.causes, *self.processor.causes(self.joints_explained)]
+
+    @property
+    def joints_explained(self) -> bool:
+        """Whether the causes say what is odd about the values of joint states."""
+        return self._engine.settings_against_data.explains_joints
+
+    @property
+    def contradicted(self) -> list[str]:
+        """Settings that the data contradict, likeliest first: some of the causes."""
+        return self._engine.settings_against_data.causes
 
     @property
     def causes_of_stamps(self) -> list[str]:
@@ -198,7 +210,10 @@ class Pipeline:
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
         t_ns = np.array([measurement.t_ns - self._delay_ns], np.int64)
-        one = Arrivals(_NOT, t_ns, _SOUND, _NO_WRENCH, measurement.row.reshape(1, -1))
+        read = positions_of(
+            self.configuration.joints.names, sample.names, np.array([sample.position], float)
+        )
+        one = Arrivals(_NOT, t_ns, _SOUND, _NO_WRENCH, measurement.row.reshape(1, -1), read)
         # One that shows that the clock has jumped is taken once more, to begin with.
         while not self.push(one)[0]:
             pass
@@ -226,7 +241,8 @@ class Pipeline:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
             return _NO_ROWS
         wrench = np.array([[*sample.force, *sample.torque]], float)
-        one = Arrivals(_SOUND, np.array([sample.t_ns], np.int64), _SOUND, wrench, _NO_ORIENTATION)
+        t_ns = np.array([sample.t_ns], np.int64)
+        one = Arrivals(_SOUND, t_ns, _SOUND, wrench, _NO_ORIENTATION, _NO_JOINTS)
         return self.push(one)[1]
 
     def push(self, arrivals: Arrivals, begin: int = 0) -> tuple[int, Rows]:

@@ -76,6 +76,7 @@ class Processor:
         self.filter.rebind_memory(self.memory[0]["filter"])
         self.rules_memory = np.zeros(1, dtype_of(Rules))
         self.rules = at(Rules, self.rules_memory)
+        self.rules.joints_variance = 1.0
         self._rule()
         self.restart()
 
@@ -236,15 +237,23 @@ class Processor:
             f"stated one, {noise * stated:.2g} rad for {stated:g} rad: used as found"
         )
 
-    @property
-    def causes(self) -> list[str]:
-        """What is wrong with the values that come, or is not told by them, a line each."""
+    def causes(self, joints_explained: bool = False) -> list[str]:
+        """
+        Return what is wrong with the values that come, or is not told by them, a line each.
+
+        `joints_explained`: whether it is known what is odd about the values of joint states.
+        """
         e = self.engine
         wrench = wrench_noise.causes(e.wrench_noise, e.variance)
         memory = e.memory
         undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
         contact = [NOT_TOLD] if undecided else []
-        return [*wrench, *causes(e.fresh), *filter(None, [self.noise_report]), *contact]
+        joints = [] if joints_explained else [*causes(e.fresh), *filter(None, [self.noise_report])]
+        return [*wrench, *joints, *contact]
+
+    def widen_orientations(self, times: float) -> None:
+        """Take orientations from here on as of so many times their stated variance [-]."""
+        self.rules.joints_variance = times
 
     @property
     def is_saturated(self) -> bool:

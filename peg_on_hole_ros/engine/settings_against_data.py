@@ -64,7 +64,7 @@ class SettingsAgainstData:
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
         self._found: list[Finding] = []
-        self._arrived: list[tuple[np.ndarray, np.ndarray]] = []
+        self._arrived: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._stated = configuration.wrench
         self.look(configuration, reduction, reduction.taken_off)
 
@@ -192,18 +192,48 @@ class SettingsAgainstData:
     def _is_used(self, finding):
         return bool(finding.found) and self._adopted.items() >= finding.found.items()
 
-    def take_stamps(self, of_wrench: np.ndarray, t_ns: np.ndarray) -> None:
-        """Process messages in the order in which they came: whether wrenches, and stamps [ns]."""
-        self._arrived.append((of_wrench, t_ns))
+    @property
+    def explains_joints(self) -> bool:
+        """Whether it was found what is odd about the values of joint states."""
+        return any(look(_explains_joints, False) for look in self._with["explains_joints"])
+
+    @property
+    def joints_variance(self) -> float:
+        """Times which the variance of an orientation is that of the stated noise [-]."""
+        return max(
+            (look(_joints_variance, 1.0) for look in self._with["joints_variance"]), default=1.0
+        )
+
+    def take_arrivals(
+        self, of_wrench: np.ndarray, t_ns: np.ndarray, positions: np.ndarray
+    ) -> None:
+        """
+        Process messages in the order in which they came.
+
+        Parameters
+        ----------
+        of_wrench : ndarray of bool, shape (n,)
+        t_ns : ndarray of int64, shape (n,)
+            Stamps [ns].
+        positions : ndarray, shape (m, joints)
+            What the joints read, of all that are no wrench [rad or m].
+
+        """
+        self._arrived.append((of_wrench, t_ns, positions))
         if len(self._arrived) >= DIAGNOSIS_STEP.arrivals:
             self._hand_on_arrived()
 
     def _hand_on_arrived(self):
         if self._arrived:
-            of_wrench, t_ns = (np.concatenate(each) for each in zip(*self._arrived))
+            of_wrench, t_ns = (np.concatenate(each) for each in list(zip(*self._arrived))[:2])
+            read = [positions for *_, positions in self._arrived if len(positions)]
             self._arrived = []
             for look in self._with["take_stamps"]:
                 look(lambda it: it.take_stamps(of_wrench, t_ns), None)
+            if read:
+                positions = np.concatenate(read)
+                for look in self._with["take_joints"]:
+                    look(lambda it: it.take_joints(t_ns[~of_wrench], positions), None)
 
     def take_every_wrench(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Process any wrenches in their order: stamps [ns], force and torque (n, 6)."""
@@ -296,6 +326,14 @@ def _take_zero_jump(look: Suspect) -> Floats | None:
 
 def _zero_open_ns(look: Suspect) -> int:
     return look.zero_open_ns
+
+
+def _explains_joints(look: Suspect) -> bool:
+    return look.explains_joints
+
+
+def _joints_variance(look: Suspect) -> float:
+    return look.joints_variance
 
 
 def _hides(look: Suspect) -> bool:

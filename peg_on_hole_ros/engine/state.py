@@ -95,6 +95,8 @@ class Rules(Record):
         Of joint states [ns].
     lost_ns : int
         Without an orientation for so long the motion is lost [ns].
+    joints_variance : float
+        Times which the variance of an orientation is that of the stated noise [-].
 
     """
 
@@ -106,6 +108,7 @@ class Rules(Record):
     max_joint_gap: float
     delay_ns: int
     lost_ns: int
+    joints_variance: float
 
 
 class EngineState(Record):

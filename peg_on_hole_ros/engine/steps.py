@@ -163,7 +163,7 @@ def classify_orientation(
     for i in range(3):
         e.q[i] = orientation[i]
         for j in range(3):
-            e.R[i, j] = orientation[3 + 3 * i + j]
+            e.R[i, j] = rules.joints_variance * orientation[3 + 3 * i + j]
     if e.progress.lost:
         kind = BEGINS
         turned = lateness * rules.gates.initial_rate_stddev

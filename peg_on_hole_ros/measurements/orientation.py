@@ -128,6 +128,16 @@ def places_of(wanted: tuple[str, ...], names: tuple[str, ...]) -> list[int] | No
     return [first[name] for name in wanted] if all(name in first for name in wanted) else None
 
 
+def positions_of(
+    wanted: tuple[str, ...], names: tuple[str, ...], positions: np.ndarray
+) -> np.ndarray:
+    """Return what wanted joints read, shape (n, wanted); NaN where one of them is missing."""
+    places = places_of(wanted, names)
+    if places is None:
+        return np.full((len(positions), len(wanted)), np.nan)
+    return positions[:, places]
+
+
 class PegJoints(JointOrientation):
     """
     The peg's own joints as orientation: gamma, psi, phi by name.

@@ -130,9 +130,18 @@ class MessageStream:
 
     @property
     def causes(self) -> list[str]:
-        """Settings that the data have contradicted, a line each."""
+        """What makes the numbers doubtful by the data, a line each."""
+        return [*self._of_frames, *self.pipeline.causes]
+
+    @property
+    def contradicted(self) -> list[str]:
+        """Settings that the data have contradicted, a line each: some of the causes."""
+        return [*self._of_frames, *self.pipeline.contradicted]
+
+    @property
+    def _of_frames(self):
         line = self.frames.line(self.t_ns)
-        return [*([f"wrench: {line}"] if line else []), *self.pipeline.causes]
+        return [f"wrench: {line}"] if line else []
 
     @property
     def failed_looks(self) -> list[str]:
@@ -345,6 +354,7 @@ class MessageStream:
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
+        self._tries.depth_stated = configuration.monitor.inserted_depth > 0.0
         self.pipeline.retune(configuration, orientation_of(configuration))
         self._possible(lambda look: look.take(configuration), None)
         self._outputs.set_markers_rate(node.markers_rate)
@@ -354,7 +364,6 @@ class MessageStream:
 
 
 def _pose(t_ns, numbers, frame):
-        self._tries.depth_stated = configuration.monitor.inserted_depth > 0.0
     layout = LAYOUTS["pose"]
     return layout.message(t_ns, numbers[layout.at], frame)
 

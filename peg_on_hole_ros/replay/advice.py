@@ -251,6 +251,7 @@ def lines(
     configuration: Configuration,
     seen: InputOddities,
     causes: list[str] | None = None,
+    joints_explained: bool = False,
 ) -> list[str]:
     """
     Return a line for each thing that makes a replay's numbers doubtful.
@@ -265,6 +266,8 @@ def lines(
     seen : InputOddities
     causes : list of str, optional
         Settings that the data have contradicted; they take the place of guesses.
+    joints_explained : bool
+        Whether these say what is odd about the values of joint states.
 
     """
     told = list(causes or ())
@@ -272,6 +275,8 @@ def lines(
     ended = "wrench_dropped_other_frame" in result["messages"]["dropped"]
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
+        if joints_explained:
+            dropped.pop("joints_dropped_repeated_value", None)
         if ended:
             dropped = {k: n for k, n in dropped.items() if not k.endswith(_OF_WRENCH)}
         lost, odd = sum(dropped.values()), {}
@@ -295,7 +300,12 @@ def lines(
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
     undecided = result["messages"]["events"].get("contact_may_be_plate")
     told += [NOT_TOLD] if undecided and NOT_TOLD not in told else []
-    odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    odd_lines = [
+        f"{source}: {line}"
+        for source in read
+        if not (joints_explained and source == "joints")
+        for line in seen.odd(source)
+    ]
     told += [line for line in odd_lines if line not in told]
     told += [seen.loop] if seen.loop else []
     return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]

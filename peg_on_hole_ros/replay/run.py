@@ -98,7 +98,11 @@ class Replayed(NamedTuple):
     ending : list of Message
         What the end of the bag made known, such as a try that was under way.
     causes : list of str
-        Settings that the data have contradicted, a line each.
+        What makes the numbers doubtful by the data, a line each.
+    contradicted : list of str
+        Settings that the data have contradicted: some of these.
+    joints_explained : bool
+        Whether these say what is odd about the values of joint states.
     reactions_are_void : bool
         Whether reactions rest on one of these.
     failures : Failures
@@ -116,6 +120,8 @@ class Replayed(NamedTuple):
     t_ns: int
     ending: list[Message]
     causes: list[str]
+    contradicted: list[str]
+    joints_explained: bool
     reactions_are_void: bool
     failures: Failures
 
@@ -298,6 +304,8 @@ def replay_bag(
         stream.t_ns,
         ending,
         stream.causes,
+        stream.contradicted,
+        stream.pipeline.joints_explained,
         stream.pipeline.reactions_are_void,
         stream.pipeline.failures,
     )

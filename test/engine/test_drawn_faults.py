@@ -63,6 +63,7 @@ def many_at_once(line, samples):
         np.ones(len(samples), bool),
         np.array([[*s.force, *s.torque] for s in samples if isinstance(s, WrenchSample)]),
         np.array([line.orientation(s).row for s in samples if isinstance(s, JointSample)]),
+        np.array([s.position for s in samples if isinstance(s, JointSample)]),
     )
     found, end = [], 0
     while end < len(samples):

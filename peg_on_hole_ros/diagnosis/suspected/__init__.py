@@ -17,12 +17,13 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Takes other settings and goes on, where it `LASTS`.
 `forget_zero()`
     Forgets what it has found of the zero: a tare has taken it.
-`take_stamps(of_wrench, t_ns)`, `take_every_wrench(t_ns, wrenches)`, `count(wrenches)`,
-`take(instant, unsure)`, `take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
-    What it looks at: the stamp of every message, in the order in which they came; every wrench
-    that came in order; how many estimates were given; one wrench in 20 ms with the
-    orientation; one estimate in 20 ms on three contacts, and that there is none. A look has those
-    that it needs, and is called for no others.
+`take_stamps(of_wrench, t_ns)`, `take_joints(t_ns, positions)`,
+`take_every_wrench(t_ns, wrenches)`, `count(wrenches)`, `take(instant, unsure)`,
+`take_estimate(t_ns, peg, determined)`, `leave_three_contacts()`
+    What it looks at: the stamp of every message, in the order in which they came; what the joints
+    read in each joint state, likewise; every wrench that came in order; how many estimates were
+    given; one wrench in 20 ms with the orientation; one estimate in 20 ms on three contacts, and
+    that there is none. A look has those that it needs, and is called for no others.
 `unsure`, `withholds`, `hides` : bool
     Whether nothing sure of contacts can be published now, whether no reactions can be called
     determined, and whether findings of other looks cannot be trusted.
@@ -31,6 +32,9 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     tare takes it. 0 as a rule.
 `take_zero_jump()`
     By how much the zero has jumped since this was asked last, which is then taken off a wrench.
+`explains_joints`, `joints_variance` : bool, float
+    Whether it has found what is odd about the values of joint states, and times which the
+    variance of an orientation is the stated one. False and 1.0 as a rule.
 `reaction_errors` : ndarray or None
     What each setting that the motion cannot determine would cost if it is off, which is published
     as `doubt_*`. None is known as a rule.

@@ -15,6 +15,7 @@ from peg_on_hole_ros.typed_record import Floats
 # Parts of the interface that a look need not have.
 PARTS = (
     "take_stamps",
+    "take_joints",
     "take_every_wrench",
     "count",
     "take",
@@ -25,6 +26,8 @@ PARTS = (
     "zero_open_ns",
     "take_zero_jump",
     "reaction_errors",
+    "explains_joints",
+    "joints_variance",
 )
 
 
@@ -125,6 +128,11 @@ class Suspect:
     reaction_errors : ndarray, shape (settings,), or None
         What each of `records.UNOBSERVABLE_SETTINGS` would cost if it is off [N]; None: nothing is
         known of it now.
+    explains_joints : bool
+        Whether it has found what is odd about the values of joint states, so that neither their
+        noise nor repeated ones are reported.
+    joints_variance : float
+        Times which the variance of an orientation is that of the stated noise [-].
     hides : bool
         Whether findings of other looks cannot be trusted now.
 
@@ -164,6 +172,16 @@ class Suspect:
         """See above."""
         return None
 
+    @property
+    def explains_joints(self) -> bool:
+        """See above."""
+        return False
+
+    @property
+    def joints_variance(self) -> float:
+        """See above."""
+        return 1.0
+
     def findings(self) -> Sequence[Finding]:
         """Return what is to be reported; what was reported before is passed over."""
         return () if self.finding is None else (self.finding,)
@@ -193,6 +211,21 @@ class Suspect:
             Whether it is a wrench or an orientation.
         t_ns : ndarray of int64, shape (n,)
             Stamps [ns].
+
+        """
+
+    def take_joints(self, t_ns: np.ndarray, positions: np.ndarray) -> None:
+        """
+        Process every joint state that could be read, in the order in which they came.
+
+        It decides nothing, as for `take_stamps`.
+
+        Parameters
+        ----------
+        t_ns : ndarray of int64, shape (n,)
+            Stamps [ns].
+        positions : ndarray, shape (n, joints)
+            As received, in the order of `joints.names` [rad or m]; NaN where it was not read.
 
         """
 
