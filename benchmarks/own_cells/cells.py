@@ -1,5 +1,6 @@
 """Drawn cells: what their settings are, and what their sensors send of one cycle."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -28,6 +29,10 @@ GRAVITY = 9.80665
 URDF, WRENCHES, STATES = "arm.urdf", "/ft/wrench", "/joint_states"
 # Of wrench and joint states [Hz].
 RATE, EVERY = 500, 2
+
+
+def _alone(truth: Truth) -> Truth:
+    return truth
 
 
 class Cell(NamedTuple):
@@ -59,18 +64,22 @@ class Cell(NamedTuple):
     late: float = 0.0
 
 
-def drawn_cell(number: int, folder: Path) -> Cell:
-    """Return a cell; the same number gives the same one. Its description goes into a folder."""
+def drawn_cell(number: int, folder: Path, before: Callable[[Truth], Truth] = _alone) -> Cell:
+    """
+    Return a cell; the same number gives the same one. Its description goes into a folder.
+
+    `before` puts something before its cycle.
+    """
     for attempt in range(20):
         draw = Draw([FIRST_SEED, number, attempt])
         try:
-            return _cell(number, draw, folder)
+            return _cell(number, draw, folder, before)
         except NoJoints:
             continue
     raise NoJoints(f"no arm of cell {number} reaches its hole and goes in")
 
 
-def _cell(number, draw, folder):
+def _cell(number, draw, folder, before):
     base, wrist = BASES[number % 3], "meeting" if number % 2 == 0 else "crossed"
     arm = drawn_arm(draw, base, wrist)
     (folder / URDF).write_text(arm.urdf)
@@ -105,6 +114,7 @@ def _cell(number, draw, folder):
     truth = integrate(plan_from_tree(configuration, _program(draw, scene)))
     if truth.ended_by != "end":
         raise NoJoints(truth.ended_by)
+    truth = before(truth)
     peg = np.array([rotation(q) for q in truth.q])
     read = sensor_wrench(truth)
     zero = [*(draw.even(-5, 5) for _ in range(3)), *(draw.even(-0.1, 0.1) for _ in range(3))]
