@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from math import sqrt
+from math import isnan, sqrt
 from typing import Any
 
 import numpy as np
@@ -247,7 +247,8 @@ class Processor:
         wrench = wrench_noise.causes(e.wrench_noise, e.variance)
         memory = e.memory
         undecided = may_be_plate(memory.way, memory.declared.mode, memory.evidence)
-        contact = [NOT_TOLD] if undecided else []
+        # A place that is measured decides, or the peg stands on a cone that it will leave.
+        contact = [NOT_TOLD] if undecided and isnan(memory.place.deviations) else []
         joints = [] if joints_explained else [*causes(e.fresh), *filter(None, [self.noise_report])]
         return [*wrench, *joints, *contact]
 

@@ -34,6 +34,7 @@ from peg_on_hole_ros.monitor.place_check import PlaceMisfit
 from peg_on_hole_ros.monitor.plate import follow_plate, plate_evidence
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.tuned import CREDITED_REACTIONS, EVIDENCE_WEIGHTS, PLATE_TEST
+from peg_on_hole_ros.monitor.walls import evidence_against_walls
 from peg_on_hole_ros.typed_record import Floats, Record
 
 
@@ -240,7 +241,11 @@ def weigh_wrench(
     weigh(p, found, dt, settings.mode_change_rate, correlation)
     prior = PLATE_TEST.no_way * under + PLATE_TEST.prior * above if no_way else PLATE_TEST.prior
     carried_load(estimate, evidence.pressed, dt, PLATE_TEST.memory)
-    found_plate = (1.0 - p[FREE]) * plate_evidence(estimate, evidence.pressed)
+    found_plate = plate_evidence(estimate, evidence.pressed)
+    if no_way and under > 0.5:
+        no_walls = evidence_against_walls(estimate, evidence.pressed, place)
+        found_plate = max(found_plate, no_walls) if no_walls > 0.0 else found_plate
+    found_plate *= 1.0 - p[FREE]
     evidence.plate = follow_plate(evidence.plate, found_plate, prior, passed, settings)
     plate = max(evidence.plate - PLATE_TEST.least, 0.0) / (1.0 - PLATE_TEST.least)
     fill_probabilities(shown, p, plate, place.beside, under, rest, no_way)

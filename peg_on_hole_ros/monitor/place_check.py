@@ -91,16 +91,23 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> Floats:
 
 
 @compiled
+def two_point_length(d: float, D: float, gamma: float) -> float:
+    """Return how much of a peg is in the hole on two points, l sin(gamma) = D - d cos(gamma)."""
+    length: float = (D - d * cos(gamma)) / max(sin(gamma), 1e-9)
+    return length
+
+
+@compiled
 def place_inside(d: float, D: float, gamma: float, place: Floats) -> Floats:
     """
     Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
 
     Below gamma0 a peg touches the hole only from within: its lower end is no deeper than two
-    points allow, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
+    points allow, and no farther aside than it has room.
     """
     aside = sqrt(place[0] * place[0] + place[1] * place[1])
     room = min(1.0, (D - d) / max(aside, 1e-12))
-    deepest = (D - d * cos(gamma)) / max(sin(gamma), 1e-9)
+    deepest = two_point_length(d, D, gamma)
     return np.array([room * place[0], room * place[1], min(max(place[2], -deepest), 0.0)])
 
 

@@ -212,6 +212,24 @@ class PlateTest(NamedTuple):
     doubt: float = 2.0
 
 
+class WallsTest(NamedTuple):
+    """
+    Whether a load is one that rim and wall cannot carry, by Whitney's diagram.
+
+    Attributes
+    ----------
+    sure : float
+        Friction, tilt and clearance may be off by so many of their standard deviations, in favour
+        of the walls, and the load by as many of its noise [standard deviations].
+    share : float
+        Of the push, which an accelerating peg and the diagram's small tilt leave open [-].
+
+    """
+
+    sure: float = 2.0
+    share: float = 0.1
+
+
 class WayIn(NamedTuple):
     """
     Whether a peg below gamma0 has a way into the hole.
@@ -577,6 +595,7 @@ ONE_POINT = OnePoint()
 PLACE_CHECK = PlaceCheck()
 INSERTED = Inserted()
 PLATE_TEST = PlateTest()
+WALLS_TEST = WallsTest()
 WAY_IN = WayIn()
 MODE_DWELL = ModeDwell()
 KNOWN_QUANTITIES = KnownQuantities()
@@ -605,6 +624,7 @@ class MonitorNumbers(NamedTuple):
     place_check: PlaceCheck = PLACE_CHECK
     inserted: Inserted = INSERTED
     plate_test: PlateTest = PLATE_TEST
+    walls_test: WallsTest = WALLS_TEST
     way_in: WayIn = WAY_IN
     mode_dwell: ModeDwell = MODE_DWELL
     known_quantities: KnownQuantities = KNOWN_QUANTITIES

@@ -11,9 +11,9 @@ from peg_on_hole_ros.monitor.tuned import WAY_IN
 from peg_on_hole_ros.typed_record import Record
 
 NOT_TOLD = (
-    "contact mode: a peg that came from the air is pushed along the hole below gamma0, where a "
-    "plate beside the hole and the bottom of the hole push alike: unknown until the place tells "
-    "(joints.hole_xyz_stddev, with joints.source: robot)"
+    "contact mode: a peg that came from the air stands below gamma0 on what may be a plate beside "
+    "the hole, the cone of a chamfer or the bottom of the hole: unknown until it slips in, or the "
+    "place tells (joints.hole_xyz_stddev, with joints.source: robot)"
 )
 
 

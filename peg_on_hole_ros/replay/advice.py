@@ -299,7 +299,8 @@ def lines(
         told.append(_NEVER_THREE_POINT.format(configuration.scene.gamma0))
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
     undecided = result["messages"]["events"].get("contact_may_be_plate")
-    told += [NOT_TOLD] if undecided and NOT_TOLD not in told else []
+    placed = configuration.joints.place_stddev is not None
+    told += [NOT_TOLD] if undecided and not placed and NOT_TOLD not in told else []
     odd_lines = [
         f"{source}: {line}"
         for source in read

@@ -116,3 +116,25 @@ def test_a_peg_whose_place_is_in_the_hole_needs_no_other_way():
 def test_a_force_that_no_plate_has_shows_the_hole():
     """A wall pushes aslant: the peg has a way in by that alone."""
     assert modes(search(0.02, None, aside=3.0)[0]) == {"two_point"}
+
+
+# The lower edge stands on a cone of 45 degrees, which pushes inwards as much as up.
+BESIDE_THE_THROAT, ON_A_CONE = (3.5e-4, 0.0, 3e-4), 1.0
+
+
+@pytest.mark.parametrize(("gamma", "place"), [(0.004, BESIDE_THE_THROAT), (0.003, None)])
+def test_a_landing_on_a_cone_teaches_nothing(gamma, place):
+    """Two points would be 25 mm deep at this tilt, half a diameter, and could not carry it."""
+    outputs, line = search(gamma, place, ON_A_CONE)
+    assert modes(outputs) == {"unknown"}
+    pressed = outputs[PRESSED - END :]
+    assert {o.monitor["reactions_determined"] for o in pressed} == {0.0}
+    assert {a.level for o in outputs for a in o.alarms} == {0}
+    friction = {o.monitor["friction"] for o in outputs}
+    assert max(friction) - min(friction) < 1e-6
+
+
+def test_a_load_of_a_cone_is_one_of_walls_where_the_peg_is_in_the_hole():
+    assert modes(search(0.004, (0.0, 0.0, -20e-3), ON_A_CONE)[0]) == {"two_point"}
+    # Two points 2.5 mm deep, 0.05 d, carry it by friction.
+    assert modes(search(0.04, None, ON_A_CONE)[0]) == {"two_point"}
