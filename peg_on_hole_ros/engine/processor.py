@@ -257,6 +257,11 @@ class Processor:
         self.rules.joints_variance = times
 
     @property
+    def is_beside_hole(self) -> bool:
+        """Whether the place tells, likelier than not, that the peg may stand beside the hole."""
+        return bool(self.engine.memory.place.beside > 0.5)
+
+    @property
     def is_saturated(self) -> bool:
         """Whether a component of the last wrench was at the end of its range."""
         return bool(saturated.is_off(self.engine.wrench_noise.saturated))

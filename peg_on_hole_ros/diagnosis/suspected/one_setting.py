@@ -206,6 +206,8 @@ class OneSetting(Suspect):
             return
         t_ns, wrenches = (np.concatenate(each) for each in zip(*self._passed))
         self._passed = []
+        if instant.beside:
+            return
         measured = instant.measured
         if self._kept:
             apart = measured.t_ns - self._kept[-1][3]

@@ -82,6 +82,8 @@ class Instant(NamedTuple):
         Of a wrench that stands still; None: it does not.
     in_air : bool or None
         Whether the published contact mode is `open`; None: nothing was published.
+    beside : bool
+        Whether the place tells that the peg stands beside the hole.
 
     """
 
@@ -89,6 +91,7 @@ class Instant(NamedTuple):
     measured: AngleMeasurement
     standing: Standing | None
     in_air: bool | None
+    beside: bool = False
 
 
 class Suspect:

@@ -96,7 +96,9 @@ class WrongWrench(Suspect):
     def take(self, instant: Instant, unsure: bool) -> None:
         """Process a wrench and the latest orientation, see the package."""
         before = self.finding
-        self._take(instant.sample, instant.measured)
+        # On a plate beside the hole neither free air nor three contacts explain a wrench.
+        if not instant.beside:
+            self._take(instant.sample, instant.measured)
         self._is_new = self.finding is not before
 
     def findings(self) -> Sequence[Finding]:
