@@ -122,10 +122,10 @@ def _joined(before, truth, later_ns):
     return replace(truth, events=events, **columns)
 
 
-def part_from(truth: Truth, first: int) -> Truth:
-    """Return the truth from a row on, with stamps from zero."""
+def rows_of(truth: Truth, first: int, end: int | None = None) -> Truth:
+    """Return a part of the truth, with stamps from zero."""
     begin = int(truth.t_ns[first])
-    columns = {k: v[first:] for k, v in vars(truth).items() if isinstance(v, np.ndarray)}
+    columns = {k: v[first:end] for k, v in vars(truth).items() if isinstance(v, np.ndarray)}
     columns["t_ns"] = columns["t_ns"] - begin
     events = tuple((t - begin, text) for t, text in truth.events)
     return replace(truth, events=events, **columns)

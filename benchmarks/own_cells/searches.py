@@ -75,7 +75,7 @@ def after_search(cell: Cell) -> Cell:
     first = int((cell.truth.phase == search.PHASE).sum())
     first += -first % EVERY
     return cell._replace(
-        truth=search.part_from(cell.truth, first),
+        truth=search.rows_of(cell.truth, first),
         wrench=cell.wrench[first:],
         joints=cell.joints[first // EVERY :],
     )

@@ -1,0 +1,61 @@
+"""Drawn searches on the plate: what they send is a plate's load, and nothing is made of it."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+import yaml
+
+from benchmarks.own_cells import search
+from benchmarks.own_cells.cells import drawn_cell, write
+from benchmarks.own_cells.own_cells import said_of
+from benchmarks.own_cells.search import PLATE, with_search
+from peg_on_hole_ros.sim.dynamics import rotation
+
+# Its press is one that a sensor turned by half a turn would read of three contacts.
+NUMBER = 43
+
+
+def search_alone(truth, number):
+    whole = with_search(truth, number)
+    return search.rows_of(whole, 0, int((whole.phase == search.PHASE).sum()))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("search")
+
+
+@pytest.fixture(scope="module")
+def cell(folder):
+    return drawn_cell(NUMBER, folder, partial(search_alone, number=NUMBER))
+
+
+def test_a_plate_pushes_at_the_lowest_point_beside_the_hole(cell):
+    truth, scene = cell.truth, cell.truth.plan.configuration.scene
+    pressed = truth.mode == PLATE
+    assert pressed.any()
+    peg = np.array([rotation(q) for q in truth.q])
+    # Where the force of the plate acts, by its moment about the mass centre.
+    centre = truth.centre[:, 0]
+    force = scene.peg_mass * (truth.centre[:, 2] - np.asarray(scene.gravity)) - truth.force
+    moment = -truth.moment
+    around = np.linspace(0, 2 * np.pi, 721)
+    rim = np.column_stack([np.cos(around), np.sin(around), 0 * around])
+    for k in np.flatnonzero(pressed)[50:-50:200]:
+        edge = truth.position[k] + 0.5 * scene.peg_diameter * rim @ peg[k].T
+        lowest = edge[np.argmin(edge[:, 2])]
+        # Half a degree of the edge, and the plate at zero.
+        assert abs(lowest[2]) < 1e-5
+        assert np.hypot(*lowest[:2]) > 0.5 * scene.hole_diameter
+        arm = lowest - centre[k]
+        assert np.abs(np.cross(arm, force[k]) - moment[k]).max() < 1e-3 * force[k, 2]
+        assert force[k, 2] > 0.0
+
+
+def test_nothing_is_named_of_a_search_that_is_rightly_stated(cell, folder):
+    write(folder / "run.mcap", cell)
+    content = {"peg_on_hole": {"ros__parameters": cell.parameters}}
+    (folder / "run.yaml").write_text(yaml.safe_dump(content))
+    said = said_of(folder / "run.mcap", folder / "run.yaml")
+    assert said.exit_code == 0 and said.causes == [] and said.alarms == 0
