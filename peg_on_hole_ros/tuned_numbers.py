@@ -14,9 +14,12 @@ from peg_on_hole_ros.identification.tuned import IdentificationNumbers
 from peg_on_hole_ros.measurements.tuned import MeasurementNumbers
 from peg_on_hole_ros.monitor.tuned import MonitorNumbers
 
-# Fields of `Settings` that are no tuned numbers: how many there are of others, and what a reduced
-# estimator leaves out.
-_NOT_TUNED = {"modes", "inertia", "direction_share", "products", "top_waits"}
+# Fields of `Settings` that are no tuned numbers: how many there are of others, and what another
+# method leaves out or does.
+_NOT_TUNED = {
+    "modes", "inertia", "direction_share", "products", "top_waits", "wrench_moves", "small_tilt",
+    "psi_moves", "phi_moves", "sigma_points", "particles",
+}  # fmt: skip
 _ATTRIBUTE = re.compile(r"^(\w+) : .*\n((?:(?: +.*)?\n)*)", re.MULTILINE)
 _UNIT = re.compile(r"\s*\[([^\]]+)\]")
 

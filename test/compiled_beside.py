@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimator.orientation_noise import track_orientation_noise
 from peg_on_hole_ros.estimator.orientation_update import (
     orientation_nis,
     pass_time,
+    release_still_turns,
     update_from_orientation,
 )
 from peg_on_hole_ros.estimator.settings import default_settings
@@ -122,6 +123,7 @@ class Compiled:
         mixture.combine(self.state)
 
     def correct(self, q, R):
+        release_still_turns(self.memory)
         orientation_nis(self.memory, q, R)
         track_orientation_noise(self.memory, q, R)
         update_from_orientation(self.memory, q, R)

@@ -15,6 +15,7 @@ from peg_on_hole_ros.estimator.state import (
     RATE,
     places_of,
 )
+from peg_on_hole_ros.estimator.tuned import STILL_TURN
 from reference_equations import Cell, Linear
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
@@ -60,6 +61,10 @@ class Component(KalmanFilter):
         self.Q[known, known] = self.cell.walk[FRICTION:] * dt
         self.Q[FRICTION, FRICTION] += self.on_three * self.friction_walk**2 * dt
         super().predict()
+        for i in self.still():
+            for place in (RATE + i, ACCELERATION + i):
+                self.x[place] = 0.0
+                self.P[place] = self.P[:, place] = 0.0
 
     def correct(
         self,
@@ -77,7 +82,7 @@ class Component(KalmanFilter):
         x, P, E, R = self.x, self.P, measured.E, measured.R
         self.dim_z, self._I = len(R), np.eye(self.dim_x)
         self.update(measured.residual + E @ (x if point is None else point), R, E)
-        share = np.array(self.cell.learnt if learnt is None else learnt)
+        share = np.array(self._by_wrench() if learnt is None else learnt)
         told = (self.K @ self.S @ self.K.T)[FRICTION, FRICTION]
         if P[FRICTION, FRICTION] - told < least and told > 0.0:
             above = np.clip((P[FRICTION, FRICTION] - least) / told, 0.0, 1.0)
@@ -89,6 +94,21 @@ class Component(KalmanFilter):
         self.x[FRICTION] = max(self.x[FRICTION], 0.0)
         # filterpy's own takes S for singular: it holds reactions and torques, 1e-11 apart.
         return -0.5 * (self.y @ self.SI @ self.y + np.linalg.slogdet(self.S)[1])
+
+    def _by_wrench(self):
+        learnt = self.cell.learnt.copy()
+        learnt[: self.cell.n] *= self.cell.settings.wrench_moves
+        return learnt
+
+    def still(self) -> list[int]:
+        """Return which angles do not move."""
+        settings = self.cell.settings
+        return [i for i, moves in ((1, settings.psi_moves), (2, settings.phi_moves)) if not moves]
+
+    def forget_turn(self, i: int) -> None:
+        """Let an angle be where an orientation has it."""
+        self.P[i] = self.P[:, i] = 0.0
+        self.P[i, i] = STILL_TURN.stddev**2
 
     def forget(self, reaction: float, acceleration: float) -> None:
         """Take reactions as new, and accelerations that never fade; within deviations."""
@@ -290,6 +310,10 @@ class ReferenceEstimator:
     def correct(self, q: np.ndarray, R: np.ndarray) -> None:
         """Correct by an orientation q [rad] with covariance R [rad^2]."""
         found, learnt = np.zeros(self.weight.shape), self.cell.learnt.copy()
+        for _, levels in self._living():
+            for component in levels:
+                for i in component.still():
+                    component.forget_turn(i)
         self._follow_noise(q, R)
         R = self.noise * R
         # Reactions stay those of the last wrench: where the next is made linear.

@@ -68,6 +68,13 @@ METHOD_NAMES = {
     "one_level": "one level and one friction",
     "dde_driven": "the wide-prior limit, driven by the dynamic equations",
     "quasi_static": "no inertia",
+    "balance": "motion from orientations, and a balance of forces without inertia",
+    "small_angle": "that balance with the lengths of a small tilt",
+    "one_dof": "a peg that only tilts",
+    "two_dof": "one that tilts and turns about its axis",
+    "unscented": "one level by sigma points",
+    "particles_100": "one level by a hundred particles, to compare with",
+    "particles_1000": "by a thousand, to compare with",
 }
 # Value of `joints.gravity_link` where the robot's description does not say where down is.
 GRAVITY_STATED = "stated"
@@ -653,4 +660,4 @@ SUPERSEDED = {
     "filter.inflation_threshold": "the widest level of acceleration takes up surprises",
 }
 # Values of `filter.method` that are gone.
-OLD_METHODS = ("extended", "iterated", "unscented", "square_root")
+OLD_METHODS = ("extended", "iterated", "square_root")

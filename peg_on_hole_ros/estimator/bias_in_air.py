@@ -51,7 +51,7 @@ def update_bias_in_air(kalman: FilterRecord) -> None:
         for i in range(6):
             scratch.residual[i] = -scratch.residual[i]
             P[first + i, first + i] -= since * _walk(kalman, i)
-        update(kalman, P, n, 6, 0.0)
+        update(kalman, kalman.estimated, P, n, 6, 0.0)
         for i in range(6):
             P[first + i, first + i] += since * _walk(kalman, i)
         for i in range(n):

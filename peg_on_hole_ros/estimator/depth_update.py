@@ -40,7 +40,7 @@ def update_from_depth(kalman: FilterRecord, depth: float, variance: float, since
         if not _linearise_depth(kalman, scene, j, depth, variance):
             continue
         scratch.noise[0, 0] = variance * settings.place_time / since
-        update(kalman, state.P[j], n, 1, state.friction_floor[j])
+        update(kalman, kalman.estimated, state.P[j], n, 1, state.friction_floor[j])
         for i in range(n):
             state.x[j, i] += scratch.step[i]
     reweigh(kalman)

@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
     note_departure,
     orientation_nis,
     pass_time,
+    release_still_turns,
     update_from_orientation,
 )
 from peg_on_hole_ros.estimator.scene_at_mean import tilted_gravity
@@ -79,6 +80,7 @@ def gate_orientation(
 
     """
     kalman: FilterRecord = memory[0]
+    release_still_turns(kalman)
     nis = orientation_nis(kalman, q, R)
     track_orientation_noise(kalman, q, R)
     if not isfinite(nis):

@@ -48,6 +48,19 @@ def move_on(kalman: FilterRecord, component: int, dt: float) -> None:
     for j in range(FRICTION, n):
         P[j, j] += kalman.walk[j] * dt
     add_friction_noise(kalman, component, dt)
+    for i, moves in ((1, settings.psi_moves), (2, settings.phi_moves)):
+        if moves == 0.0:
+            forget_value(x, P, RATE + i, n + 3)
+            forget_value(x, P, ACCELERATION + i, n + 3)
+
+
+@compiled
+def forget_value(x: Floats, P: Floats, place: int, w: int) -> None:
+    """Make a value zero, and exactly known, among w."""
+    x[place] = 0.0
+    for j in range(w):
+        P[place, j] = 0.0
+        P[j, place] = 0.0
 
 
 @compiled

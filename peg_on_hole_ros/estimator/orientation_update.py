@@ -8,7 +8,9 @@ from peg_on_hole_ros.estimator.orientation import (
     fill_orientation_residual,
 )
 from peg_on_hole_ros.estimator.settings import Settings
+from peg_on_hole_ros.estimator.sigma_points import draw_sigma_points, update_by_sigma_points
 from peg_on_hole_ros.estimator.state import FRICTION, State
+from peg_on_hole_ros.estimator.tuned import STILL_TURN
 from peg_on_hole_ros.estimator.update import copy_component, update
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
@@ -22,6 +24,26 @@ def pass_time(state: State, dt: float) -> None:
     state.time_since_wrench += dt
     state.time_since_orientation += dt
     state.time_since_jump += dt
+
+
+@compiled
+def release_still_turns(kalman: FilterRecord) -> None:
+    """Make an angle that does not move as wide as an orientation needs, to put it anywhere."""
+    state, settings = kalman.state, kalman.settings
+    for i, moves in ((1, settings.psi_moves), (2, settings.phi_moves)):
+        if moves > 0.0:
+            continue
+        _release(state.mixture_covariance, i, state.width)
+        for j in range(state.components):
+            _release(state.P[j], i, state.width)
+
+
+@compiled
+def _release(P: Floats, place: int, w: int) -> None:
+    for j in range(w):
+        P[place, j] = 0.0
+        P[j, place] = 0.0
+    P[place, place] = STILL_TURN.stddev * STILL_TURN.stddev
 
 
 @compiled
@@ -136,11 +158,30 @@ def update_from_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> None:
         scratch.log_likelihood[j] = 0.0
         if state.alive[j // modes] == 0.0:
             continue
-        x = state.x[j]
-        fill_orientation_jacobian(x, places, n, scratch.jacobian)
-        fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
-        scratch.log_likelihood[j], _ = update(kalman, state.P[j], n, 3, state.friction_floor[j])
+        x, P, least = state.x[j], state.P[j], state.friction_floor[j]
+        if kalman.settings.sigma_points > 0.0:
+            scratch.log_likelihood[j] = _update_by_points(kalman, j, q)
+        else:
+            fill_orientation_jacobian(x, places, n, scratch.jacobian)
+            fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
+            scratch.log_likelihood[j], _ = update(kalman, kalman.estimated, P, n, 3, least)
         for i in range(n):
             x[i] += scratch.step[i]
         x[FRICTION] = max(x[FRICTION], 0.0)
     reweigh(kalman)
+
+
+@compiled
+def _update_by_points(kalman: FilterRecord, j: int, q: Floats) -> float:
+    """Update the covariance of a component by an orientation at sigma points; see `update`."""
+    state, scratch, places = kalman.state, kalman.scratch, kalman.places
+    n, points = places.reactions, scratch.points
+    draw_sigma_points(points, state.x[j], state.P[j], n)
+    for k in range(2 * n + 1):
+        x = points.x[k]
+        fill_orientation_jacobian(x, places, n, scratch.jacobian)
+        fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
+        for i in range(3):
+            points.residual[k, i] = -scratch.residual[i]
+    likelihood, _ = update_by_sigma_points(kalman, kalman.estimated, state.P[j], n, 3)
+    return likelihood

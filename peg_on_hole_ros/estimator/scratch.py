@@ -15,6 +15,46 @@ from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.typed_record import Floats, Matrix3, Matrix6, Record, Vector3, Vector6
 
 COMPONENTS = MOST_HYPOTHESES * MOST_MODES
+# Sigma points of a component: its mean, and two along each column of a root.
+_POINTS = 2 * MOST_WIDTH + 1
+
+
+class PointScratch(Record):
+    """
+    Memory of methods that take a measurement at points in place of tangents.
+
+    Attributes
+    ----------
+    x : ndarray, shape (2 (n + 3) + 1, n + 3)
+        Sigma points; of particles the first row is the one that is weighed.
+    residual : ndarray, shape (2 (n + 3) + 1, 6)
+        By how much a measurement is off at each.
+    root : ndarray, shape (n + 3, n + 3)
+        Cholesky factor of what points are drawn from.
+    prior_root : ndarray, shape (n, n)
+        That of the covariance before a wrench.
+    off : ndarray, shape (n + 3,)
+        Of a particle from what it is compared with.
+    best : ndarray, shape (3,)
+        Reactions of a particle, beyond the prior ones [N].
+    total : ndarray, shape (n + 3,)
+        Weighted sum of the particles' distances from the tangents' mean.
+    squares : ndarray, shape (n + 3, n + 3)
+        Weighted sum of their products.
+    reactions : ndarray, shape (3, 3)
+        Weighted sum of the covariances of the reactions that go with each particle [N^2].
+
+    """
+
+    x: Annotated[Floats, (_POINTS, MOST_WIDTH)]
+    residual: Annotated[Floats, (_POINTS, 6)]
+    root: Covariance
+    prior_root: Covariance
+    off: Values
+    best: Vector3
+    total: Values
+    squares: Covariance
+    reactions: Matrix3
 
 
 class Scratch(Record):
@@ -59,6 +99,10 @@ class Scratch(Record):
         What is to be added to the mean.
     before, P_before : ndarray
         A component before the first wrench of a contact.
+    estimated : ndarray, shape (n + 3,)
+        As of the filter, for a wrench: 0 for a value that it does not correct.
+    points : PointScratch
+        Of sigma points and of particles.
     work : ndarray
         Workspace of the six equations.
     product : ndarray, shape (6, 6)
@@ -98,6 +142,8 @@ class Scratch(Record):
     step: Values
     before: Values
     P_before: Covariance
+    estimated: Values
+    points: PointScratch
     work: Annotated[Floats, workspace().shape]
     product: Matrix6
     whitened: Matrix6

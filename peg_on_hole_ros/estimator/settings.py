@@ -21,7 +21,8 @@ class Settings(Record):
     """
     Constants of the estimator; an ablation switches one of them.
 
-    The last four are no constants: what a reduced estimator leaves out.
+    Those from `inertia` on are no constants: what another method leaves out or does in place of
+    the default.
 
     Attributes
     ----------
@@ -104,6 +105,18 @@ class Settings(Record):
         are evaluated at one state.
     top_waits : float
         0: the top mode is open while friction hypotheses are being chosen, and explains anything.
+    wrench_moves : float
+        0: a wrench corrects the reactions alone, as in a balance of forces; motion, friction and
+        what else is open are considered, and come from orientations or as stated.
+    small_tilt : float
+        1: lengths on the rim are those of a small tilt, to leading order, see `small_forms`.
+    psi_moves, phi_moves : float
+        0: this angle has neither rate nor acceleration, and is where the last orientation had it.
+    sigma_points : float
+        1: orientations and, after the first, wrenches on three contacts correct by sigma points,
+        in place of tangents.
+    particles : int
+        How many particles a wrench on three contacts is weighed at, after the first; 0: none.
 
     """
 
@@ -134,6 +147,12 @@ class Settings(Record):
     direction_share: float = 1.0
     products: float = 1.0
     top_waits: float = 1.0
+    wrench_moves: float = 1.0
+    small_tilt: float = 0.0
+    psi_moves: float = 1.0
+    phi_moves: float = 1.0
+    sigma_points: float = 0.0
+    particles: int = 0
 
 
 def default_settings(**changed: ArrayLike) -> Settings:

@@ -154,6 +154,8 @@ class State(Record):
         Variance of orientations as it is found, over the stated one: the lesser of both below.
     innovation_noise_ratio, roughness_noise_ratio : float
         As innovations show it, and as orientations themselves do.
+    wrenches_drawn : int
+        Wrenches that particles were drawn for: each has numbers of its own, and a replay the same.
     x : ndarray, shape (m, n + 3)
         gamma, psi, phi [rad], rates [rad/s], accelerations [rad/s^2], friction, what else is
         open, N_K, N_B1, N_B2 [N].
@@ -191,6 +193,7 @@ class State(Record):
     noise_ratio: float
     innovation_noise_ratio: float
     roughness_noise_ratio: float
+    wrenches_drawn: int
     x: Annotated[Floats, (_M, _W)]
     P: Annotated[Floats, (_M, _W, _W)]
 

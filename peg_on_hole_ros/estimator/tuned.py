@@ -142,6 +142,35 @@ class WrenchStep(NamedTuple):
     least_time: float = 1e-4
 
 
+class ParticleDraws(NamedTuple):
+    """
+    What particles are drawn from.
+
+    Attributes
+    ----------
+    wider : float
+        Of the variance that tangents leave [-]: particles reach a little further, as the true
+        posterior may.
+
+    """
+
+    wider: float = 1.5
+
+
+class StillTurn(NamedTuple):
+    """
+    An angle that a method with fewer degrees of freedom takes for still.
+
+    Attributes
+    ----------
+    stddev : float
+        Of such an angle before each orientation [rad]: so wide that it is where that has it.
+
+    """
+
+    stddev: float = 1.0
+
+
 POSE_FLOOR = PoseFloor()
 PUSHING_REACTIONS = PushingReactions()
 SLIP_FLOOR = SlipFloor()
@@ -149,6 +178,8 @@ MIXTURE_WEIGHTS = MixtureWeights()
 PROCESS_NOISE_FLOOR = ProcessNoiseFloor()
 SCENE_AT_MEAN_BOUNDS = SceneAtMeanBounds()
 WRENCH_STEP = WrenchStep()
+PARTICLE_DRAWS = ParticleDraws()
+STILL_TURN = StillTurn()
 
 
 class EstimatorNumbers(NamedTuple):
@@ -161,3 +192,5 @@ class EstimatorNumbers(NamedTuple):
     process_noise_floor: ProcessNoiseFloor = PROCESS_NOISE_FLOOR
     scene_at_mean_bounds: SceneAtMeanBounds = SCENE_AT_MEAN_BOUNDS
     wrench_step: WrenchStep = WRENCH_STEP
+    particle_draws: ParticleDraws = PARTICLE_DRAWS
+    still_turn: StillTurn = STILL_TURN

@@ -11,7 +11,7 @@ from peg_on_hole_ros.typed_record import Floats
 
 @compiled
 def update(
-    kalman: FilterRecord, P: Floats, w: int, k: int, least_friction: float
+    kalman: FilterRecord, estimated: Floats, P: Floats, w: int, k: int, least_friction: float
 ) -> tuple[float, float]:
     """
     Update a covariance by a residual r = E (truth - mean) + noise.
@@ -21,8 +21,10 @@ def update(
     kalman : FilterRecord
         `scratch` has r in `residual` (k,), E in `jacobian` (k, w) and the covariance of the noise
         in `noise` (k, k); `cholesky`, `gain`, `white` and `step`, what is to be added to the mean,
-        are filled. A value that `estimated` calls considered widens all others, and is not
-        corrected (Schmidt).
+        are filled.
+    estimated : ndarray, shape (w,)
+        1 for a value that is corrected; 0 for one that is only considered: it widens all others
+        (Schmidt).
     P : ndarray, shape (w, w)
         Changed.
     w : int
@@ -37,9 +39,8 @@ def update(
     log_likelihood, nis : float
 
     """
-    scratch, estimated = kalman.scratch, kalman.estimated
-    E, R, step = scratch.jacobian, scratch.noise, scratch.step
-    gain, factor, white = scratch.gain, scratch.cholesky, scratch.white
+    scratch = kalman.scratch
+    E, R, gain, factor = scratch.jacobian, scratch.noise, scratch.gain, scratch.cholesky
     # Innermost loops go along rows, which compilers make vectors of.
     for a in range(k):
         row = gain[a]
@@ -55,6 +56,32 @@ def update(
             for j in range(w):
                 t += E[a, j] * gain[c, j]
             factor[a, c] = t
+    return apply_gain(kalman, estimated, P, w, k, least_friction)
+
+
+@compiled
+def apply_gain(
+    kalman: FilterRecord, estimated: Floats, P: Floats, w: int, k: int, least_friction: float
+) -> tuple[float, float]:
+    """
+    Update a covariance by what it has in common with an innovation.
+
+    Parameters
+    ----------
+    kalman : FilterRecord
+        `scratch` has the innovation in `residual` (k,), its covariance in `cholesky` (k, k), of
+        which the lower half is read, and its covariance with the values in `gain` (k, w); these
+        and `white` and `step` are filled as by `update`.
+    estimated, P, w, k, least_friction
+        As for `update`.
+
+    Returns
+    -------
+    log_likelihood, nis : float
+
+    """
+    scratch = kalman.scratch
+    step, gain, factor, white = scratch.step, scratch.gain, scratch.cholesky, scratch.white
     factor_cholesky(factor, k)
     nis, log_root = whiten(factor, k, scratch.residual, white), 0.0
     for i in range(w):
@@ -84,14 +111,16 @@ def update(
         for j in range(i):
             P[j, i] = line[j]
     if estimated[FRICTION] > 0.0:
-        _keep_friction_floor(kalman, P, w, k, least_friction)
+        _keep_friction_floor(kalman, estimated, P, w, k, least_friction)
     return -0.5 * nis - log_root, nis
 
 
 @compiled
-def _keep_friction_floor(kalman: FilterRecord, P: Floats, w: int, k: int, least: float) -> None:
+def _keep_friction_floor(
+    kalman: FilterRecord, estimated: Floats, P: Floats, w: int, k: int, least: float
+) -> None:
     """Undo the part of friction's gain that has brought its variance below the floor."""
-    gain, estimated = kalman.scratch.gain, kalman.estimated
+    gain = kalman.scratch.gain
     gained = 0.0
     for a in range(k):
         gained += gain[a, FRICTION] * gain[a, FRICTION]

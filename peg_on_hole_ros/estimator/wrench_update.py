@@ -16,6 +16,7 @@ from peg_on_hole_ros.estimator.mixture import (
     merge,
     reweigh,
 )
+from peg_on_hole_ros.estimator.rim_points import correct_by_particles, correct_by_sigma_points
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.start import unmeasured_acceleration
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
@@ -120,6 +121,10 @@ def _begin_wrench(kalman: FilterRecord, begins: bool) -> None:
     """Begin reactions anew, and keep every component as it is before the wrench."""
     state, scratch, settings = kalman.state, kalman.scratch, kalman.settings
     n = kalman.places.reactions
+    for i in range(n):
+        scratch.estimated[i] = kalman.estimated[i] * settings.wrench_moves
+    for i in range(n, n + 3):
+        scratch.estimated[i] = kalman.estimated[i]
     for j in range(state.components):
         if state.alive[j // settings.modes] == 0.0:
             continue
@@ -175,6 +180,10 @@ def _correct_component(
     scene, w, x, P = scene_of(kalman.scene), kalman.places.reactions + 3, state.x[j], state.P[j]
     middle = settings.mode_stddev[settings.modes // 2]
     mode_stddev = max(settings.mode_stddev[j % settings.modes], middle)
+    if settings.sigma_points > 0.0 and passes == 1 and state.contact_set == ContactSet.THREE:
+        log_likelihood, nis = correct_by_sigma_points(kalman, j, wider)
+        _linearise_for_accuracies(kalman, j, mode_stddev)
+        return log_likelihood, nis
     late = max(settings.direction_time / max(dt, WRENCH_STEP.least_time), 1.0)
     before, P_before = scratch.before, scratch.P_before
     if passes > 1:
@@ -201,11 +210,22 @@ def _correct_component(
         for a in range(6):
             for b in range(6):
                 R[a, b] = wider * R[a, b] + late * scratch.direction_noise[a, b]
-        log_likelihood, nis = update(kalman, P, w, 6, least)
+        log_likelihood, nis = update(kalman, scratch.estimated, P, w, 6, least)
         for a in range(w):
             x[a] = (before[a] if passes > 1 else x[a]) + scratch.step[a]
         x[FRICTION] = max(x[FRICTION], 0.0)
+    if settings.particles > 0 and passes == 1 and state.contact_set == ContactSet.THREE:
+        correct_by_particles(kalman, j, wider)
+        _linearise_for_accuracies(kalman, j, mode_stddev)
     return log_likelihood, nis
+
+
+@compiled
+def _linearise_for_accuracies(kalman: FilterRecord, j: int, mode_stddev: float) -> None:
+    """Leave the tangents of a component, which `follow_accuracies` needs, where points were."""
+    if kalman.accuracies.stated != 0:
+        state, scene = kalman.state, scene_of(kalman.scene)
+        registry.linearise(state.contact_set, kalman, scene, state.x[j], state.P[j], mode_stddev)
 
 
 @compiled

@@ -177,6 +177,20 @@ def closed_forms(
     return ClosedForms(s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c)
 
 
+def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> ClosedForms:
+    """Return what `closed_forms` does, to leading order in a small tilt: sin = gamma, cos = 1."""
+    a1 = D * (gamma - gamma0) * (gamma + gamma0) / (4 * gamma)
+    a2 = ((D - d) + d / 2 * gamma * gamma) / (2 * gamma)
+    shrunk = (gamma0 / gamma) ** 2
+    S = D / 2 * shrunk
+    b = D / 2 * np.sqrt(1 - shrunk * shrunk)
+    db = D * D / 2 * shrunk * shrunk / (gamma * b)
+    h_c, z_c = gamma * (a2 - H_c), a1 - a2 + H_c
+    dh_c, dz_c = 2 * a1 - z_c, h_c + S
+    ddh_c, ddz_c = 2 * a2 / gamma - dz_c, dh_c - 2 * S / gamma
+    return ClosedForms(gamma, 1.0, a1, a2, S, S, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c)
+
+
 def _check_tilt(gamma, gamma0):
     gamma = np.asarray(gamma)
     # Written so that a NaN fails it.

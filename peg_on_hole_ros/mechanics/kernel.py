@@ -12,6 +12,7 @@ from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
 from peg_on_hole_ros.mechanics.scene import SceneScalars
 
 closed_forms = compiled(geometry.closed_forms)
+small_forms = compiled(geometry.small_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)
 

@@ -97,6 +97,7 @@ NOT_TUNED = {
     "estimator/contact_sets/unknown": {"SOLVED_REACTIONS": "contacts"},
     "estimator/orientation_noise": {"FIRST_DIFFERENCE THIRD_DIFFERENCE": "of white noise"},
     "estimator/settings": {"MOST_MODES": "room in a record"},
+    "estimator/sigma_points": {"_MEANS_WEIGHT": "of a normal distribution"},
     "estimator/snapshot": {"WORD": "bytes"},
     "estimator/state": {
         "ANGLE RATE ACCELERATION FRICTION OPEN_BEGIN": "places in the state",

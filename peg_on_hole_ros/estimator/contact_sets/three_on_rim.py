@@ -1,5 +1,7 @@
 """Three contacts on the rim, K, B1 and B2: the six equations as a measurement of the wrench."""
 
+from math import cos, sin
+
 from peg_on_hole_ros.estimator.applied_wrench import (
     add_turn,
     applied_wrench,
@@ -36,6 +38,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     derivatives,
     equations,
+    small_forms,
     with_friction,
 )
 from peg_on_hole_ros.typed_record import Floats
@@ -83,37 +86,19 @@ def linearise(
     )  # fmt: skip
     n, load, inertia = places.reactions, state.load, settings.inertia
     scene = scene_at(scene, x, places, load)
-    work, E, residual = scratch.work, scratch.jacobian, scratch.residual
-    gamma = within_closed_forms(scene, x[0])
-    geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
+    work, E = scratch.work, scratch.jacobian
+    geo = rim_forms(scene, x, settings.small_tilt)
     turned = friction_direction_statistics(
         scene, geo, x, P, settings.direction_share, scratch.velocity_scale, scratch.unexplained
     )
-    wrench = applied_wrench(kalman, scene, x, geo.s, geo.c)
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
     scale = scratch.velocity_scale
     scales = (scale[0], scale[1], scale[2])
-    for i in range(6):
-        for j in range(n):
-            E[i, j] = 0.0
-    _fill_inertia(scene, geo, inertia, E)
+    wrench = fill_residual(kalman, scene, geo, x)
+    wrench = _expected_wrench(geo, wrench, scratch)
     f, f_K = x[FRICTION], x[FRICTION]
     if places.friction_k >= 0:
         f_K += x[places.friction_k]
-        # They are linear in each reaction.
-        equations(with_friction(scene, f_K), scales, geo, rates, wrench, work)
-        for i in range(6):
-            scratch.column_K[i] = work[G_AT + 3 * i]
-    equations(with_friction(scene, f), scales, geo, rates, wrench, work)
-    for i in range(6):
-        if places.friction_k >= 0:
-            work[G_AT + 3 * i] = scratch.column_K[i]
-        residual[i] = -work[R_AT + i]
-        for j in range(3):
-            E[i, n + j] = -work[G_AT + 3 * i + j]
-            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
-            residual[i] += E[i, n + j] * x[n + j]
-    wrench = _expected_wrench(geo, wrench, scratch)
     a = ACCELERATION
     y = (inertia * x[a], inertia * x[a + 1], inertia * x[a + 2], x[n], x[n + 1], x[n + 2])
     slopes = work[DERIVATIVES_AT : DERIVATIVES_AT + 36]
@@ -129,11 +114,85 @@ def linearise(
         E[i, 0], E[i, 1], E[i, 2] = slopes[row + BY_GAMMA], 0.0, 0.0
         scratch.by_diameter[i] = slopes[row + BY_PEG_DIAMETER]
         fill_clearance_jacobian(scene, x, places, load, scratch.by_diameter[i], E[i])
-    _reduce(geo, scratch.applied_jacobian)
+    fill_noise(kalman, geo)
     subtract_applied_jacobian(scratch, places, kalman.bias_map)
-    fill_wrench_noise(scratch, kalman.noise)
     fill_direction_noise(scene, geo, x, state.friction_force2, scratch)
     return turned
+
+
+@compiled
+def rim_forms(scene: SceneScalars, x: Floats, small_tilt: float) -> ClosedForms:
+    """Return the geometry at a mean or at another point, or that of a small tilt."""
+    gamma = within_closed_forms(scene, x[0])
+    if small_tilt > 0.0:
+        return small_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
+    return closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
+
+
+@compiled
+def fill_residual(
+    kalman: FilterRecord, scene: SceneScalars, geo: ClosedForms, x: Floats
+) -> Wrench:
+    """
+    Fill in by how much the six equations do not hold, left side minus right side.
+
+    Parameters
+    ----------
+    kalman : FilterRecord
+        With the wrench, and of `scratch` with the `velocity_scale` of friction; filled are
+        `residual`, `applied_jacobian`, and of `jacobian` the columns of accelerations and
+        reactions, beside which it is zero.
+    scene : SceneScalars
+        The scene at the point.
+    geo : ClosedForms
+    x : ndarray
+        The point: a component's mean, or another.
+
+    Returns
+    -------
+    wrench : Wrench
+        The applied one.
+
+    """
+    settings, places, scratch = kalman.settings, kalman.places, kalman.scratch
+    n, work, E, residual = places.reactions, scratch.work, scratch.jacobian, scratch.residual
+    s, c = geo.s, geo.c
+    if settings.small_tilt > 0.0:
+        # The wrench is measured, and turned as it is.
+        s, c = sin(geo.s), cos(geo.s)
+    wrench = applied_wrench(kalman, scene, x, s, c)
+    rates = (x[RATE], x[RATE + 1], x[RATE + 2])
+    scale = scratch.velocity_scale
+    scales = (scale[0], scale[1], scale[2])
+    for i in range(6):
+        for j in range(n):
+            E[i, j] = 0.0
+    _fill_inertia(scene, geo, settings.inertia, E)
+    f = x[FRICTION]
+    if places.friction_k >= 0:
+        # They are linear in each reaction.
+        f_K = f + x[places.friction_k]
+        equations(with_friction(scene, f_K), scales, geo, rates, wrench, work)
+        for i in range(6):
+            scratch.column_K[i] = work[G_AT + 3 * i]
+    equations(with_friction(scene, f), scales, geo, rates, wrench, work)
+    for i in range(6):
+        if places.friction_k >= 0:
+            work[G_AT + 3 * i] = scratch.column_K[i]
+        residual[i] = -work[R_AT + i]
+        for j in range(3):
+            E[i, n + j] = -work[G_AT + 3 * i + j]
+            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
+            residual[i] += E[i, n + j] * x[n + j]
+    return wrench
+
+
+@compiled
+def fill_noise(kalman: FilterRecord, geo: ClosedForms) -> None:
+    """Fill in what the wrench's noise is in the equations, after `fill_residual`."""
+    scratch = kalman.scratch
+    _reduce(geo, scratch.applied_jacobian)
+    fill_wrench_noise(scratch, kalman.noise)
 
 
 @compiled

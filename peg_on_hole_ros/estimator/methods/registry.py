@@ -2,7 +2,19 @@
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import dde_driven, mixture, one_level, quasi_static
+from peg_on_hole_ros.estimator.methods import (
+    balance,
+    dde_driven,
+    mixture,
+    one_dof,
+    one_level,
+    particles_100,
+    particles_1000,
+    quasi_static,
+    small_angle,
+    two_dof,
+    unscented,
+)
 from peg_on_hole_ros.estimator.methods.method import Method
 from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -14,6 +26,13 @@ METHODS: dict[str, Method] = {
     "one_level": one_level.METHOD,
     "dde_driven": dde_driven.METHOD,
     "quasi_static": quasi_static.METHOD,
+    "balance": balance.METHOD,
+    "small_angle": small_angle.METHOD,
+    "one_dof": one_dof.METHOD,
+    "two_dof": two_dof.METHOD,
+    "unscented": unscented.METHOD,
+    "particles_100": particles_100.METHOD,
+    "particles_1000": particles_1000.METHOD,
 }
 
 
