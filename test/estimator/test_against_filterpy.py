@@ -15,6 +15,7 @@ from compiled_beside import (
     samples,
     with_scene,
 )
+from peg_on_hole_ros.estimator.methods.registry import METHODS
 from simulated import truth
 from tiers import nightly
 
@@ -61,6 +62,15 @@ def test_friction_is_open_where_the_slip_tells_little(learnt):
     scene = with_scene(recorded, friction_stddev=0.01)
     cell = cell_of(scene, noise, friction_learnt=learnt, **ONE_LEVEL)
     assert differences(cell, 1, rows).max() < LIMIT
+
+
+@pytest.mark.parametrize("method", ["balance", "two_dof", *nightly("one_dof", "quasi_static")])
+def test_a_method_that_leaves_something_out(method):
+    """A turn as wide as a radian beside orientations of 0.1 mrad leaves filterpy 1e-6."""
+    recorded = truth("closing_with_slip")
+    rows, noise = samples(recorded, count=60)
+    cell = cell_of(with_scene(recorded, friction_stddev=0.01), noise, **METHODS[method].settings)
+    assert differences(cell, 1, rows).max() < (1e-5 if method.endswith("dof") else LIMIT)
 
 
 FEW = [("bias", "learnt", 60), ("clearance", "learnt", 60), ("tilt", "considered", 60)]

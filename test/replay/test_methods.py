@@ -121,23 +121,20 @@ def test_a_slow_motion_is_the_same_to_all(method):
 
 
 @pytest.mark.nightly
-def test_the_lengths_of_a_small_tilt_are_off_by_its_square():
-    """A clearance of a quarter halves the tilt, so that reactions are a quarter as far off."""
-    off = []
-    for clearance in (1.0, 0.25):
-        case = scenes.Case("exact", "closing with slip", clearance=clearance)
-        truth = scenes.truth_of(case, Configuration())
-        configuration = runs.always_in_contact(truth.plan.configuration)
-        samples = list(measure(truth))
-        full, small = (
-            runs.run(configuration, samples, lambda: 0.0, METHODS[name].make)
-            for name in ("balance", "small_angle")
-        )
-        late = full.t_ns >= 2 * runs.SETTLE_NS
-        off.append(np.abs(small.values[late, 6:] / full.values[late, 6:] - 1.0).mean())
-    assert 1e-3 < off[0] < 3e-2
-    # Mean tilts are a little more than half.
-    assert off[1] == pytest.approx(off[0] / 4.0, rel=0.3)
+def test_the_lengths_of_a_small_tilt_are_off_by_a_percent():
+    """At 0.08 to 0.15 rad lengths are 0.1 to 2 % off, by the square of the tilt."""
+    truth = scenes.truth_of(scenes.CASES[0], Configuration())
+    configuration = runs.always_in_contact(truth.plan.configuration)
+    samples = list(measure(truth))
+    full, small = (
+        runs.run(configuration, samples, lambda: 0.0, METHODS[name].make)
+        for name in ("balance", "small_angle")
+    )
+    late = full.t_ns >= 2 * runs.SETTLE_NS
+    off = np.abs(small.values[late, 6:] / full.values[late, 6:] - 1.0).mean()
+    assert 1e-3 < off < 2e-2
+    # Motion comes from the same orientations.
+    np.testing.assert_array_equal(small.values[:, :6], full.values[:, :6])
 
 
 def test_a_method_with_a_class_of_its_own_is_not_smoothed_silently(monkeypatch):
