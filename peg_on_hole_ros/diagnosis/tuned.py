@@ -786,9 +786,6 @@ class WrenchStep(NamedTuple):
     straight : float
         A load that leaves more than so much of a line does not go on straight [standard
         deviations].
-    bend : float
-        A force that changes otherwise behind the step by so much of it over half the line is one
-        of a contact [-].
     taken : float
         A driver takes the mean of up to so long as its zero [s].
     missed : float
@@ -804,7 +801,6 @@ class WrenchStep(NamedTuple):
     first: int = 4
     gap: float = 1.5
     straight: float = 1.5
-    bend: float = 0.6
     taken: float = 0.1
     missed: float = 0.05
     sure: float = 4.0
@@ -818,10 +814,6 @@ class ZeroJumpTest(NamedTuple):
     ----------
     kept_ns : int
         Wrenches that are looked at [ns].
-    ratio : float
-        By how much a step exceeds what the line leaves, and the stated noise, where it is not to
-        zero [standard deviations]: at gamma0 the load of a simulation steps by 7, as a search
-        begins to slide on the plate by 11.
     sure : float
         What is read differs from what it should be beyond so much [standard deviations].
     stays_ns : int
@@ -845,7 +837,6 @@ class ZeroJumpTest(NamedTuple):
     """
 
     kept_ns: int = 250_000_000
-    ratio: float = 12.0
     sure: float = 4.0
     stays_ns: int = 100_000_000
     looks: int = 12

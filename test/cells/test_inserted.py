@@ -87,6 +87,9 @@ def test_one_by_one_as_in_the_node_it_is_the_same_and_can_be_set_there():
     at_once, _ = replayed(DEPTH)
     stream, modes, mode = message_stream(stated(0.0), 0.0), {}, ""
     stream.on_event(SET + json.dumps({"monitor.inserted_depth": DEPTH}))
+    # The sensor's pose follows from the frame of the first wrench, as the node takes it.
+    first = next(iter(Bag(BAG).messages(["/wrench"]))).message
+    assert stream.take_frame(first.header.frame_id).success
     for item in Bag(BAG).messages(TOPICS):
         if item.topic == "/joint_states":
             stream.on_joints(item.message)

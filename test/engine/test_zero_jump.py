@@ -96,13 +96,11 @@ def test_a_sensor_that_is_zeroed_in_contact_loses_no_contact(gravity):
     assert line.counts["zero_jumped"] == 1 and line.counts["setting_adopted"] == 0
 
 
-def test_any_jump_while_the_peg_slides_is_told_with_its_size():
+def test_a_step_to_another_level_is_no_zero():
+    """Friction that steps, and a touch of hard parts, step from one wrench to the next as well."""
     jump = np.array([5.0, -6.0, 2.0, 0.1, 0.1, 0.0])
-    outputs, (seconds, text), line = played(jumped(samples(CYCLE, 3.4, 4.6), 0.5, jump))
-    assert 0.5 < seconds <= 0.7 and "driver takes another zero" in text
-    assert size_of(text) == pytest.approx(np.linalg.norm(jump[:3]), abs=0.5)
-    assert line.processor.reduction.taken_off[:3] == pytest.approx(jump[:3], abs=0.5)
-    assert raised(outputs) == []
+    _, told, line = played(jumped(samples(CYCLE, 3.4, 4.6), 0.5, jump))
+    assert told == [] and line.counts["zero_jumped"] == 0
 
 
 def hung(seconds):

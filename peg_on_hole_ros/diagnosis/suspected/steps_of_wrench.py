@@ -22,10 +22,6 @@ class Step(NamedTuple):
         Its size, and what is read behind it, by lines through both sides [N], [N m].
     noise : ndarray, shape (6,)
         Standard deviation of what is read at the end of a line.
-    ratio : float
-        Its size over the noise of a single wrench, of the component in which that is largest [-].
-    bends : bool
-        Whether the force goes on at another rate.
     no_force : bool
         Whether it reads no force behind it.
     zeroes : bool
@@ -40,8 +36,6 @@ class Step(NamedTuple):
     jump: Floats
     after: Floats
     noise: Floats
-    ratio: float
-    bends: bool
     no_force: bool
     zeroes: bool
     stays: bool
@@ -75,15 +69,13 @@ def _step_behind(
         if len(t) < WRENCH_STEP.first or t[-1] - t[0] > WRENCH_STEP.gap * len(t) * period:
             return None
         sides.append(_at_end(t, rows[side], len(t) >= count, stated))
-    (before, rate0, noise0), (after, rate1, noise1) = sides
+    (before, noise0), (after, noise1) = sides
     noise, jump = np.maximum(noise0, noise1), after - before
     ratio = float((np.abs(jump) / noise).max())
     if ratio < WRENCH_STEP.changes:
         return None
     # At the end of a line.
     known = noise * sqrt(8.0 / count)
-    bent = np.abs(rate1 - rate0)[:3] * 0.5 * count * period
-    most = WRENCH_STEP.bend * hypot(*jump[:3]) + WRENCH_STEP.sure * known[:3]
     size = np.repeat([hypot(*jump[:3]), hypot(*jump[3:])], 3)
     off = WRENCH_STEP.sure * known + WRENCH_STEP.missed * size
     near, taken = np.abs(after) < off, _taken(-jump, off, rows[: k + 1], period)
@@ -93,10 +85,7 @@ def _step_behind(
     latest = rows[-WRENCH_STEP.first :].mean(axis=0)
     away, back = (np.linalg.norm((latest - level) / noise) for level in (before, after))
     stays = bool(back < away)
-    bends = bool((bent > most).any())
-    return Step(
-        int(t_ns[k + 1]), jump, after, known, ratio, bends, bool(near[:3].all()), zeroes, stays
-    )
+    return Step(int(t_ns[k + 1]), jump, after, known, bool(near[:3].all()), zeroes, stays)
 
 
 def _taken(off_by: Floats, room: Floats, rows: Floats, period: float) -> Floats | None:
@@ -111,27 +100,25 @@ def _taken(off_by: Floats, room: Floats, rows: Floats, period: float) -> Floats 
     return found
 
 
-def _at_end(
-    t: Floats, rows: Floats, enough: bool, stated: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _at_end(t: Floats, rows: Floats, enough: bool, stated: Floats) -> tuple[Floats, Floats]:
     """
-    Return what is read at time 0, its rate and what is left, by the rows (n, 6) on one side.
+    Return what is read at time 0, and what is left, by the rows (n, 6) on one side.
 
     Where a line leaves more than noise, the load does not go on straight: a parabola tells where
     it was. Of a few wrenches neither is known.
     """
     powers = np.column_stack([np.ones(len(t)), t, t * t])
-    (level, rate, left), (bent, _, _) = (
+    (level, left), (bent, _) = (
         _fitted(powers[:, : columns if enough else 1], rows) for columns in (2, 3)
     )
     straight = left < WRENCH_STEP.straight * np.maximum(_noise_of(rows), stated)
-    return np.where(straight, level, bent), rate, np.maximum(left, stated)
+    return np.where(straight, level, bent), np.maximum(left, stated)
 
 
-def _fitted(powers: Floats, rows: Floats) -> tuple[Floats, Floats, Floats]:
+def _fitted(powers: Floats, rows: Floats) -> tuple[Floats, Floats]:
     found = np.linalg.lstsq(powers, rows, rcond=None)[0]
     left = np.square(rows - powers @ found).sum(axis=0) / max(len(rows) - len(found), 1)
-    return found[0], found[1] if len(found) > 1 else np.zeros(6), np.sqrt(left)
+    return found[0], np.sqrt(left)
 
 
 def _noise_of(rows: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""A zero that jumps: a driver zeroes its sensor in mid-run, or an amplifier slips."""
+"""A zero that jumps: a driver zeroes its sensor in mid-run."""
 
 from math import hypot, sqrt
 from typing import NamedTuple
@@ -23,13 +23,12 @@ class _Turn(NamedTuple):
 
 class ZeroJump(Suspect):
     """
-    Looks for a wrench that steps from one message to the next to another level, and stays there.
+    Looks for a wrench that steps from one message to the next to zero, and stays there.
 
     A sensor that is zeroed reads zero in all six components at once, where a free peg would read
-    its weight: whatever the peg does. Where a controller takes the weight off, and of other steps,
-    the motion decides:
-    loads of contacts come and go over several messages, or the motion changes with them. What is
-    read behind a lift-off is the weight of a free peg.
+    its weight: whatever the peg does. Where a controller takes the weight off, the motion decides:
+    with the load of contacts it would change. A step to another level is none of these: friction
+    that steps, or a touch of hard parts, looks alike.
 
     Parameters
     ----------
@@ -40,12 +39,12 @@ class ZeroJump(Suspect):
     NAME = "zero_jump"
     FINDS = (
         (
-            "`the driver has zeroed the sensor` at a time, or `the zero has jumped by 8 N`: the "
-            "jump is taken off (`wrench.adopt_found`; else the mode is `unknown`), and "
+            "`the zero has jumped by 8 N`, for the driver zeroes its sensor in mid-run: the jump "
+            "is taken off (`wrench.adopt_found`; else the mode is `unknown`), and "
             "`reactions_determined` is 0 until a tare",
-            "a step between two wrenches of 6 times the noise to zero in all six components, or "
-            "of 12 times to anything but the weight of a free peg, while the motion goes on as "
-            "it was; after 0.1 s",
+            "a step between two wrenches of 6 times the noise, to zero in all six components, "
+            "where a free peg reads its weight, or while the motion goes on as it was; after "
+            "0.1 s",
         ),
     )
     OF_ZERO = True
@@ -143,18 +142,15 @@ class ZeroJump(Suspect):
         self._decide(measured.q, now_ns)
 
     def _decide(self, q: Floats, now_ns: int) -> None:
-        """Decide on steps that have stayed; one to zero waits in doubt."""
+        """Decide on steps to zero that have stayed; one that has not waits in doubt."""
         self._pending = False
         for step in find_steps(self._t_ns, self._rows, self._noise):
-            if self._jumped_ns is not None and step.at_ns <= self._jumped_ns:
-                continue
-            free = self._is_free(step, q)
-            if free and not step.zeroes:
+            told = self._jumped_ns is not None and step.at_ns <= self._jumped_ns
+            if told or not step.zeroes:
                 continue
             if now_ns - step.at_ns < ZERO_JUMP_TEST.stays_ns:
-                # Of another step the load of a contact is likelier until it has stayed.
-                self._pending = self._pending or step.zeroes
-            elif step.stays and (self._is_zeroed(step, free) or self._is_of_no_load(step)):
+                self._pending = True
+            elif step.stays and (self._is_zeroed(step, q) or self._goes_on(step.at_ns)):
                 self._tell(step, q)
 
     def _is_free(self, step: Step, q: Floats) -> bool:
@@ -167,9 +163,9 @@ class ZeroJump(Suspect):
         limits = self._touch + open_to + ZERO_JUMP_TEST.sure * step.noise
         return bool((np.abs(zero - known) < limits).all())
 
-    def _is_zeroed(self, step: Step, free: bool) -> bool:
-        """Return whether the sensor reads zero, which nothing that hangs or touches there does."""
-        return step.zeroes and step.no_force and not free
+    def _is_zeroed(self, step: Step, q: Floats) -> bool:
+        """Return whether it reads no force, which nothing that hangs or touches there does."""
+        return step.no_force and not self._is_free(step, q)
 
     def _follow_air(self, rows: Floats, q: Floats) -> None:
         """Take what a free peg reads beside its weight, rows (n, 6)."""
@@ -177,12 +173,6 @@ class ZeroJump(Suspect):
         self._in_air += 1
         share = 1.0 / min(self._in_air, ZERO_JUMP_TEST.in_air)
         self._air += share * (self._reduction.zero_of(mean[:3], mean[3:], q) - self._air)
-
-    def _is_of_no_load(self, step: Step) -> bool:
-        """Return whether force and motion go on behind a step as they did before."""
-        large = step.zeroes or step.ratio >= ZERO_JUMP_TEST.ratio
-        bends = step.bends and not step.zeroes
-        return large and not bends and self._goes_on(step.at_ns)
 
     def _goes_on(self, at_ns: int) -> bool:
         """Return whether the peg turns behind a stamp as it did before."""
@@ -209,11 +199,6 @@ class ZeroJump(Suspect):
         jump = step.jump
         shown = ", ".join(f"{x:.2g}" for x in jump[:3])
         begun_ns = step.at_ns if self._begun_ns is None else self._begun_ns
-        cause = (
-            "all six components read zero from then on: the driver zeroes its sensor in mid-run"
-            if step.zeroes
-            else "and no motion explains it: an amplifier slips, or the driver takes another zero"
-        )
         meanwhile = (
             "the jump is taken off, and no reactions are told until then"
             if self._adopts
@@ -222,8 +207,9 @@ class ZeroJump(Suspect):
         self.finding = Finding(
             f"wrench.bias_force: the zero has jumped by {hypot(*jump[:3]):.3g} N, [{shown}] N as "
             f"received, and {hypot(*jump[3:]):.2g} N m at {(step.at_ns - begun_ns) * 1e-9:.3f} s, "
-            f"from one wrench to the next, {cause}. Tare it where it hangs free (~/tare), and let "
-            f"the driver zero nothing in mid-run: {meanwhile}",
+            f"from one wrench to the next all six components read zero: the driver zeroes its "
+            f"sensor in mid-run. Tare it where it hangs free (~/tare), and let the driver zero "
+            f"nothing meanwhile: {meanwhile}",
             {},
         )
         self._found.append(self.finding)
