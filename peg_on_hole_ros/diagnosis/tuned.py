@@ -546,11 +546,14 @@ class CoarseJointsTest(NamedTuple):
         Joint states that are looked at together [messages].
     fewest : int
         Of fewer nothing is told [messages].
+    every : int
+        It is looked at once in so many looks of 20 ms [looks]: encoders stay what they are.
 
     """
 
     kept: int = 256
     fewest: int = 20
+    every: int = 10
 
 
 class TwinJointsTest(NamedTuple):
@@ -577,6 +580,8 @@ class TwinJointsTest(NamedTuple):
     grid : float
         Motions of encoders with steps are apart by more than so many [steps]: a joint between two
         steps toggles.
+    every : int
+        It is looked at once in so many looks of 20 ms [looks]: who publishes goes on.
 
     """
 
@@ -587,6 +592,7 @@ class TwinJointsTest(NamedTuple):
     turns: int = 16
     clear: float = 6.0
     grid: float = 1.5
+    every: int = 10
 
 
 class ClockDriftTest(NamedTuple):
@@ -781,6 +787,9 @@ class WrenchStep(NamedTuple):
         Through so many at least [wrenches].
     first : int
         So many behind a step show it at first [wrenches].
+    less : float
+        A sensor that is zeroed reads at most so much of the force before [-]: the rest is what the
+        load has changed since the readings whose mean was taken.
     gap : float
         Wrenches that take so many times as long as usual have a gap [-].
     straight : float
@@ -799,6 +808,7 @@ class WrenchStep(NamedTuple):
     line: float = 0.03
     fewest: int = 8
     first: int = 4
+    less: float = 0.7
     gap: float = 1.5
     straight: float = 1.5
     taken: float = 0.1

@@ -37,7 +37,7 @@ class CoarseJoints(Suspect):
 
     def __init__(self, stated: Stated) -> None:
         self.finding: Finding | None = None
-        self._step = 0.0
+        self._step, self._looks = 0.0, 0
         self.restate(stated)
         self.restart()
 
@@ -77,6 +77,9 @@ class CoarseJoints(Suspect):
 
     def take(self, instant: Instant, unsure: bool) -> None:
         """Look at the values that have come."""
+        self._looks = (self._looks + 1) % COARSE_JOINTS_TEST.every
+        if self._looks:
+            return
         if len(self._values) < COARSE_JOINTS_TEST.fewest:
             return
         steps = encoder_steps(self._values)

@@ -43,19 +43,36 @@ class Step(NamedTuple):
 
 def find_steps(t_ns: np.ndarray, rows: Floats, stated: Floats) -> Iterator[Step]:
     """
-    Yield the steps of wrenches in their order: stamps [ns], rows (n, 6), and their stated noise.
+    Yield the steps to less force in their order: stamps [ns], rows (n, 6), and their stated noise.
 
     Where stamps do not rise, or few wrenches are there, none is found.
     """
     periods = np.diff(t_ns)
     if len(periods) < 2 * WRENCH_STEP.fewest or periods.min() <= 0:
         return
-    change, period = np.abs(np.diff(rows, axis=0)), float(np.median(periods)) * 1e-9
-    usual = WRENCH_STEP.changes * np.maximum(_noise_of(rows), stated)
-    for k in np.flatnonzero((change > usual).any(axis=1)).tolist():
+    change, loses = np.abs(np.diff(rows, axis=0)), _loses_force(rows)
+    # What takes longer to tell is looked at where something is to be told.
+    loses &= (change > WRENCH_STEP.changes * stated).any(axis=1)
+    if not loses.any():
+        return
+    usual, period = WRENCH_STEP.changes * _noise_of(rows), float(np.median(periods)) * 1e-9
+    for k in np.flatnonzero(loses & (change > usual).any(axis=1)).tolist():
         step = _step_behind(k, t_ns, rows, period, stated)
         if step is not None:
             yield step
+
+
+def _loses_force(rows: Floats) -> np.ndarray:
+    """Return whether a few wrenches behind each but the last have less force than it, (n - 1,)."""
+    force = rows[:, :3]
+    few = min(WRENCH_STEP.first, len(force) - 1)
+    sums = np.cumsum(np.vstack([np.zeros(3), force]), axis=0)
+    at = np.arange(len(force) - 1)
+    first, end = np.maximum(at + 1 - few, 0), np.minimum(at + 1 + few, len(force))
+    before = (sums[at + 1] - sums[first]) / (at + 1 - first)[:, None]
+    after = (sums[end] - sums[at + 1]) / (end - at - 1)[:, None]
+    less: np.ndarray = (after**2).sum(axis=1) < WRENCH_STEP.less**2 * (before**2).sum(axis=1)
+    return less
 
 
 def _step_behind(

@@ -39,7 +39,7 @@ class TwinJoints(Suspect):
         self._topic = stated.configuration.topics.joint_states
         self._names = stated.configuration.joints.names
         self.finding: Finding | None = None
-        self._step = 0.0
+        self._step, self._looks = 0.0, 0
         self.restart()
 
     def restart(self) -> None:
@@ -71,7 +71,8 @@ class TwinJoints(Suspect):
     def take(self, instant: Instant, unsure: bool) -> None:
         """Look at the joint states that have come."""
         kept = TWIN_JOINTS_TEST.kept
-        if len(self._t_ns) < kept:
+        self._looks = (self._looks + 1) % TWIN_JOINTS_TEST.every
+        if self._looks or len(self._t_ns) < kept:
             return
         apart = motions_apart(self._t_ns[-kept:], self._values[-kept:])
         if apart > 0.0:
