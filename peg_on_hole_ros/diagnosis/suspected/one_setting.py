@@ -24,6 +24,17 @@ MAY_BE = (
 )
 
 
+class _Look(NamedTuple):
+    """What came since the look before."""
+
+    t_ns: int  # the mean of the wrenches' stamps
+    wrench: Floats
+    wrenches: int
+    oriented_ns: int
+    q: Floats
+    free: bool
+
+
 class Kind(NamedTuple):
     """
     One kind of setting that may be off.
@@ -183,7 +194,7 @@ class OneSetting(Suspect):
 
     def restart(self) -> None:
         """Forget all."""
-        self._kept: deque = deque(maxlen=SETTING_FIT_TEST.kept)
+        self._kept: deque[_Look] = deque(maxlen=SETTING_FIT_TEST.kept)
         self._passed: list[tuple[np.ndarray, np.ndarray]] = []
         self._air: list = []
         self._in_contact, self._next = 0, SETTING_FIT_TEST.first
@@ -210,16 +221,17 @@ class OneSetting(Suspect):
             return
         measured = instant.measured
         if self._kept:
-            apart = measured.t_ns - self._kept[-1][3]
+            apart = measured.t_ns - self._kept[-1].oriented_ns
             if apart == 0:
                 return
             if not 0 < apart < SETTING_FIT_TEST.silence_ns:
                 self.restart()
                 return
-        mean = t_ns[0] + int((t_ns - t_ns[0]).mean())
-        row = mean, wrenches.mean(axis=0), len(t_ns), measured.t_ns, measured.q
-        self._kept.append((*row, instant.in_air is True or self._is_clear(measured)))
-        free = np.array([each[5] for each in self._kept])
+        mean_ns = int(t_ns[0]) + int((t_ns - t_ns[0]).mean())
+        free_now = instant.in_air is True or self._is_clear(measured)
+        mean = wrenches.mean(axis=0)
+        self._kept.append(_Look(mean_ns, mean, len(t_ns), measured.t_ns, measured.q, free_now))
+        free = np.array([look.free for look in self._kept])
         if not self._in_contact and (free.sum() < SETTING_FIT_TEST.fewest_air or free[-1]):
             return
         self._in_contact += not free[-1]
@@ -235,11 +247,12 @@ class OneSetting(Suspect):
 
     def _judge(self, free):
         kept = list(self._kept)
-        begin = kept[0][0]
-        t, knots = ((np.array([row[i] for row in kept]) - begin) * 1e-9 for i in (0, 3))
-        wrench = np.array([row[1] for row in kept])
-        q = np.unwrap(np.array([row[4] for row in kept]), axis=0)
-        counts = np.array([row[2] for row in kept], float)
+        begin_ns = kept[0].t_ns
+        t = (np.array([look.t_ns for look in kept]) - begin_ns) * 1e-9
+        knots = (np.array([look.oriented_ns for look in kept]) - begin_ns) * 1e-9
+        wrench = np.array([look.wrench for look in kept])
+        q = np.unwrap(np.array([look.q for look in kept]), axis=0)
+        counts = np.array([look.wrenches for look in kept], float)
         cycle = Cycle(t, wrench, counts, knots, q, self._off)
         rows, rim = self._rows(cycle, free)
         self._next = self._in_contact + SETTING_FIT_TEST.first
