@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from benchmarks.own_cells.search import smooth
 from peg_on_hole_ros.bags.truth import CONTACTS_TOPIC, MODE_TOPIC, STATE_TOPIC
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.simulation_file import read_plan
@@ -50,11 +51,6 @@ HAND = 15.0
 HANGING = (0.15, 0.4, 0.0)
 LEANING = (0.08, -0.5, 0.0)
 POSES = ((0.05, 0.0, 0.0), (0.5, 0.0, 0.3), (0.5, 1.6, 0.3), (0.6, -1.5, 0.8))
-
-
-def _smooth(u):
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
 
 class Arm:
@@ -150,7 +146,7 @@ def poses(path: Path, arm: Arm) -> None:
     with Recorder(path, arm, 2) as out:
         for before, after in zip((POSES[0], *POSES), POSES):
             for i in range(int(1.3 * RATE)):
-                share = _smooth(i / (0.7 * RATE))
+                share = smooth(i / (0.7 * RATE))
                 q = np.array(before) + share * (np.array(after) - before)
                 R = peg_axes(q)
                 out.send(np.array([0.0, 0.0, 0.08]), R, arm.hung(R, np.zeros(3)))
@@ -164,8 +160,8 @@ def plate(path: Path, arm: Arm) -> None:
         for x, y in ((0.04, 0.04), (-0.04, 0.04), (-0.04, -0.04), (0.04, -0.04)):
             for i in range(int(1.7 * RATE)):
                 t = i / RATE
-                away = 0.01 * (1.0 - _smooth(t / 0.5) + _smooth((t - 1.2) / 0.5))
-                push = HAND * _smooth((t - 0.5) / 0.1) * _smooth((1.2 - t) / 0.1)
+                away = 0.01 * (1.0 - smooth(t / 0.5) + smooth((t - 1.2) / 0.5))
+                push = HAND * smooth((t - 0.5) / 0.1) * smooth((1.2 - t) / 0.1)
                 out.send(np.array([x, y, lean + away]), R, arm.hung(R, push * up))
 
 

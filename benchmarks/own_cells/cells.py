@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import yaml
 
 from benchmarks.harness.draw import Draw
 from benchmarks.own_cells.arms import BASES, JOINTS, Arm, NoJoints, along_last_axis, drawn_arm
@@ -230,3 +231,9 @@ def write(path: Path, cell: Cell) -> None:
             if truth.mode[i] != mode:
                 mode = truth.mode[i]
                 bag.write(MODE_TOPIC, STRING, {"data": str(mode)}, t_ns)
+
+
+def write_parameters(path: Path, cell: Cell) -> None:
+    """Write what is stated of a cell as a person writes it: what is out of range as well."""
+    content = {"peg_on_hole": {"ros__parameters": cell.parameters}}
+    path.write_text(yaml.safe_dump(content))

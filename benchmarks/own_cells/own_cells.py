@@ -20,12 +20,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
 from benchmarks.harness.family import ESTIMATE, Family, Member, Report
 from benchmarks.harness.tables import table
 from benchmarks.own_cells import arms, cells, wrong
-from benchmarks.own_cells.cells import drawn_cell, write
+from benchmarks.own_cells.cells import drawn_cell, write, write_parameters
 from benchmarks.own_cells.wrong import WRONG, names
 from peg_on_hole_ros.cli.main import main
 
@@ -103,9 +101,7 @@ def score(member: Member, folder: Path) -> dict:
     cell = right if kind == RIGHT else WRONG[kind].change(right)
     bag, parameters = place / f"{kind}.mcap", place / f"{kind}.yaml"
     write(bag, cell)
-    # As a person writes it: what is out of range as well.
-    content = {"peg_on_hole": {"ros__parameters": cell.parameters}}
-    parameters.write_text(yaml.safe_dump(content))
+    write_parameters(parameters, cell)
     said = said_of(bag, parameters)
     bag.unlink()
     return {"outcome": outcome(kind, right, said), **said._asdict()}

@@ -37,10 +37,10 @@ def with_search(truth: Truth, number: int) -> Truth:
     step = float(np.median(np.diff(truth.t_ns))) * 1e-9
     ends = np.cumsum([HANGS, COMES, pressed, LIFTS, TURNS])
     t = np.arange(0.0, ends[-1] - 0.5 * step, step)
-    hangs, comes, presses, lifts, turns = (
-        smooth((t - begin) / (end - begin)) for begin, end in zip([0.0, *ends], ends)
+    comes, _, lifts, turns = (
+        smooth((t - begin) / (end - begin)) for begin, end in zip(ends, ends[1:])
     )
-    first, last = np.array(searched), np.array(truth.q[0])
+    first, last = searched, truth.q[0].copy()
     last[1:] = first[1:] + (last[1:] - first[1:] + np.pi) % (2 * np.pi) - np.pi
     q = first + turns[:, None] * (last - first)
     peg = np.array([rotation(each) for each in q])
@@ -77,7 +77,8 @@ def _rows(truth, t, q, peg, place, push, friction):
     """Return the samples of the search, with what the holder has to do for it."""
     scene: Scene = truth.plan.configuration.scene
     rates = np.gradient(q, t, axis=0)
-    up = np.einsum("nij,j->ni", peg, [0.0, 0.0, scene.mass_center_height])
+    axis = peg[:, :, 2]
+    up = scene.mass_center_height * axis
     centre = place + up
     velocity = np.gradient(centre, t, axis=0)
     acceleration = np.gradient(velocity, t, axis=0)
@@ -85,8 +86,8 @@ def _rows(truth, t, q, peg, place, push, friction):
     # Friction is that of a slide from a fraction of a millimetre a second on.
     speed = np.sqrt((slid**2).sum(axis=1) + 1e-8)
     force = np.column_stack([-friction * push[:, None] * slid / speed[:, None], push])
-    down = np.array([0.0, 0.0, -1.0])
-    along = down - np.einsum("nij,j->ni", peg, [0.0, 0.0, 1.0]) * -peg[:, 2, 2][:, None]
+    # Downwards in the plane of the lower end.
+    along = axis * axis[:, 2:] - [0.0, 0.0, 1.0]
     size = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     arm = -up + 0.5 * scene.peg_diameter * along / size[:, None]
     n = len(t)

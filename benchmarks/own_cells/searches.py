@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import yaml
 
 from benchmarks.harness.family import ESTIMATE, Family, Member, Report
 from benchmarks.harness.tables import percent, table
 from benchmarks.own_cells import arms, cells, search
-from benchmarks.own_cells.cells import EVERY, Cell, drawn_cell, write
+from benchmarks.own_cells.cells import EVERY, Cell, drawn_cell, write, write_parameters
 from benchmarks.own_cells.own_cells import said_of
 from benchmarks.own_cells.search import PLATE, with_search
 from peg_on_hole_ros.bags.reader import Bag
@@ -88,8 +87,7 @@ def score(member: Member, folder: Path) -> dict:
     place.mkdir(parents=True, exist_ok=True)
     cell = drawn_cell(number, place, partial(with_search, number=number))
     parameters = place / "right.yaml"
-    content = {"peg_on_hole": {"ros__parameters": cell.parameters}}
-    parameters.write_text(yaml.safe_dump(content))
+    write_parameters(parameters, cell)
     found = {}
     for name, of in (("search", cell), ("alone", after_search(cell))):
         bag = place / f"{name}.mcap"

@@ -284,9 +284,13 @@ class Engine:
             return False
         self._counts["zero_jumped"] += 1
         self.processor.shift_zero(jump, measured)
+        self._look_anew()
+        return True
+
+    def _look_anew(self):
+        """Look at what comes from here on by the present settings and zero."""
         reduction = self.processor.reduction
         self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
-        return True
 
     def _use_found(self):
         """Begin anew from the newest orientation, by other settings of the wrench."""
@@ -300,8 +304,7 @@ class Engine:
             self.processor.start(measured)
             # It was used before.
             self._counts["joints_used"] -= 1
-        reduction = self.processor.reduction
-        self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
+        self._look_anew()
 
     def set_sensor_pose(
         self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]
@@ -356,8 +359,7 @@ class Engine:
         self.configuration = self.settings_against_data.with_findings(configuration)
         self.processor.retune(self.configuration)
         if restated:
-            reduction = self.processor.reduction
-            self.settings_against_data.look(self.configuration, reduction, reduction.taken_off)
+            self._look_anew()
 
     def use_robot_description(self, configuration: Configuration) -> None:
         """Use what the robot's description makes known, before the first message is used."""

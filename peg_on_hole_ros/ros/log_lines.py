@@ -1,6 +1,5 @@
 """Which counts are logged: what is new for a user, at most once in ten seconds."""
 
-import re
 from collections import Counter
 
 # Between two lines of counts [s]; `/diagnostics` has them every second.
@@ -9,12 +8,13 @@ LOG_PERIOD = 10.0
 _GROWN = 10.0
 # Single ones are usual, and ask nothing of anybody; from this share of the messages on they do.
 _USUAL_SHARE = 0.01
-_SINGLE = re.compile("^(joints_gated|wrench_spike|joints_dropped_repeated_value|joints_gap)$")
+_SINGLE = {"joints_gated", "wrench_spike", "joints_dropped_repeated_value", "joints_gap"}
 # Each of these comes with a line that names its cause.
-_EXPLAINED = re.compile(
-    "^(setting_(contradicted|adopted)|contact_(doubted|may_be_plate)|reactions_withheld"
-    "|(joints|wrench)_noisy|wrench_(stands_still|saturated)|innovations_too_large)$"
-)
+_EXPLAINED = {
+    "setting_contradicted", "setting_adopted", "contact_doubted", "contact_may_be_plate",
+    "reactions_withheld", "joints_noisy", "wrench_noisy", "wrench_stands_still",
+    "wrench_saturated", "innovations_too_large",
+}  # fmt: skip
 
 
 class CountLines:
@@ -59,10 +59,10 @@ class CountLines:
         """Return what is left to log, where no other report will follow."""
         self._untold.update(new)
         left, self._untold = self._untold, Counter()
-        return _lines({name: n for name, n in left.items() if not _EXPLAINED.search(name)})
+        return _lines({name: n for name, n in left.items() if name not in _EXPLAINED})
 
     def _is_news(self, name, share):
-        if _EXPLAINED.search(name) or (_SINGLE.search(name) and share < _USUAL_SHARE):
+        if name in _EXPLAINED or (name in _SINGLE and share < _USUAL_SHARE):
             return False
         return name not in self._told or share >= _GROWN * self._told[name]
 

@@ -1,38 +1,21 @@
 """By how much the six equations do not hold at a state with its reactions."""
 
-from math import sqrt
-
 import numpy as np
 
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN_BEGIN, RATE
-from peg_on_hole_ros.mechanics.geometry import ClosedForms
 from peg_on_hole_ros.mechanics.kernel import (
     R_AT,
     SceneScalars,
     compiled,
     equations,
     pose_of,
+    small_forms,
     with_friction,
 )
 
 # Friction is Coulomb's: what is not known of its direction is for the method to find [m/s].
 _SHARP = 1e-6
 _NEAREST = 1e-5
-
-
-@compiled
-def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> ClosedForms:
-    """Return what `closed_forms` does, to leading order in a small tilt: sin = gamma, cos = 1."""
-    a1 = D * (gamma - gamma0) * (gamma + gamma0) / (4.0 * gamma)
-    a2 = ((D - d) + 0.5 * d * gamma * gamma) / (2.0 * gamma)
-    shrunk = (gamma0 / gamma) ** 2
-    S = 0.5 * D * shrunk
-    b = 0.5 * D * sqrt(1.0 - shrunk * shrunk)
-    db = 0.5 * D * D * shrunk * shrunk / (gamma * b)
-    h_c, z_c = gamma * (a2 - H_c), a1 - a2 + H_c
-    dh_c, dz_c = 2.0 * a1 - z_c, h_c + S
-    ddh_c, ddz_c = 2.0 * a2 / gamma - dz_c, dh_c - 2.0 * S / gamma
-    return ClosedForms(gamma, 1.0, a1, a2, S, S, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c)
 
 
 @compiled

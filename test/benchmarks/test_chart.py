@@ -11,11 +11,10 @@ from peg_on_hole_ros.cli import chart as command
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.mechanics.kernel import closed_forms
+from peg_on_hole_ros.mechanics.kernel import closed_forms, small_forms
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study import chart, cost_floor, runs, scenes
 from peg_on_hole_ros.study.bound import Meaning
-from peg_on_hole_ros.study.equation_residual import small_forms
 
 pytest.importorskip("matplotlib.figure")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402

@@ -4,10 +4,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-import yaml
 
 from benchmarks.own_cells import search
-from benchmarks.own_cells.cells import drawn_cell, write
+from benchmarks.own_cells.cells import drawn_cell, write, write_parameters
 from benchmarks.own_cells.own_cells import said_of
 from benchmarks.own_cells.search import PLATE, with_search
 from peg_on_hole_ros.sim.dynamics import rotation
@@ -55,7 +54,6 @@ def test_a_plate_pushes_at_the_lowest_point_beside_the_hole(cell):
 
 def test_nothing_is_named_of_a_search_that_is_rightly_stated(cell, folder):
     write(folder / "run.mcap", cell)
-    content = {"peg_on_hole": {"ros__parameters": cell.parameters}}
-    (folder / "run.yaml").write_text(yaml.safe_dump(content))
+    write_parameters(folder / "run.yaml", cell)
     said = said_of(folder / "run.mcap", folder / "run.yaml")
     assert said.exit_code == 0 and said.causes == [] and said.alarms == 0

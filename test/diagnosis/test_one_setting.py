@@ -1,9 +1,8 @@
 """One thing that is wrong in a drawn cell: it is named first; of a right cell nothing is."""
 
 import pytest
-import yaml
 
-from benchmarks.own_cells.cells import drawn_cell, write
+from benchmarks.own_cells.cells import drawn_cell, write, write_parameters
 from benchmarks.own_cells.own_cells import RIGHT, outcome, said_of
 from benchmarks.own_cells.wrong import WRONG
 from tiers import at_push
@@ -31,8 +30,7 @@ def cell(folder):
 def said(kind, cell, folder):
     changed = cell if kind == RIGHT else WRONG[kind].change(cell)
     write(folder / f"{kind}.mcap", changed)
-    content = {"peg_on_hole": {"ros__parameters": changed.parameters}}
-    (folder / f"{kind}.yaml").write_text(yaml.safe_dump(content))
+    write_parameters(folder / f"{kind}.yaml", changed)
     return said_of(folder / f"{kind}.mcap", folder / f"{kind}.yaml")
 
 

@@ -52,7 +52,6 @@ class ZeroJump(Suspect):
     WITHOUT_WRENCH = True
 
     def __init__(self, stated: Stated) -> None:
-        self.finding: Finding | None = None
         self._found: list[Finding] = []
         self._begun_ns: int | None = None
         self._jumped_ns: int | None = None
@@ -84,7 +83,7 @@ class ZeroJump(Suspect):
 
     def forget_zero(self) -> None:
         """Forget a jump: a tare has taken it."""
-        self._jumped_ns = self.finding = None
+        self._jumped_ns = None
         self._found = []
         self._air, self._in_air = np.zeros(6), 0
         self.restart()
@@ -204,7 +203,7 @@ class ZeroJump(Suspect):
             if self._adopts
             else "no contact is told until then (wrench.adopt_found)"
         )
-        self.finding = Finding(
+        finding = Finding(
             f"wrench.bias_force: the zero has jumped by {hypot(*jump[:3]):.3g} N, [{shown}] N as "
             f"received, and {hypot(*jump[3:]):.2g} N m at {(step.at_ns - begun_ns) * 1e-9:.3f} s, "
             f"from one wrench to the next all six components read zero: the driver zeroes its "
@@ -212,4 +211,4 @@ class ZeroJump(Suspect):
             f"nothing meanwhile: {meanwhile}",
             {},
         )
-        self._found.append(self.finding)
+        self._found.append(finding)
