@@ -946,6 +946,36 @@ class StatedGravityTest(NamedTuple):
     most_off: float = 3.0
 
 
+class LateWrenchTest(NamedTuple):
+    """
+    When wrenches of before come once more, and when they are in time again.
+
+    Attributes
+    ----------
+    kept : int
+        Wrenches among which one is looked for [wrenches]: 4 s at 1 kHz.
+    fewest : int
+        So many in a row have to be those of before, and so many lie between [wrenches]: coarse
+        values that toggle come again sooner.
+    joints : int
+        Joint states in a row that come again as well: a recording is played once more [messages].
+    turned : float
+        Tilt from one look to the next above which the motion counts [rad].
+    fits : int
+        They are in time once the motion fits them in so many looks of 20 ms [looks].
+    fits_again : int
+        Or in so many since it did not, which shows that it would not [looks].
+
+    """
+
+    kept: int = 4096
+    fewest: int = 20
+    joints: int = 5
+    turned: float = 5e-4
+    fits: int = 50
+    fits_again: int = 3
+
+
 class UnobservableTest(NamedTuple):
     """
     When what is stated is refuted, and which setting it is stays open.
@@ -986,6 +1016,7 @@ DELAY_TRIAL = DelayTrial()
 FREE_AIR_TEST = FreeAirTest()
 OSCILLATION_TEST = OscillationTest()
 STANDING_WRENCH_TEST = StandingWrenchTest()
+LATE_WRENCH_TEST = LateWrenchTest()
 UNTAKEN_ZERO_TEST = UntakenZeroTest()
 WRENCH_STEP = WrenchStep()
 ZERO_JUMP_TEST = ZeroJumpTest()
@@ -1017,6 +1048,7 @@ class DiagnosisNumbers(NamedTuple):
     free_air_test: FreeAirTest = FREE_AIR_TEST
     oscillation_test: OscillationTest = OSCILLATION_TEST
     standing_wrench_test: StandingWrenchTest = STANDING_WRENCH_TEST
+    late_wrench_test: LateWrenchTest = LATE_WRENCH_TEST
     untaken_zero_test: UntakenZeroTest = UNTAKEN_ZERO_TEST
     wrench_step: WrenchStep = WRENCH_STEP
     zero_jump_test: ZeroJumpTest = ZERO_JUMP_TEST

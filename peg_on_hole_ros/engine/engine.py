@@ -271,9 +271,8 @@ class Engine:
         else:
             self.settings_against_data.leave_three_contacts()
         in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
-        instant = Instant(
-            sample, measured, self.processor.standing, in_air, self.processor.is_beside_hole
-        )
+        p = self.processor
+        instant = Instant(sample, measured, p.standing, in_air, p.is_beside_hole, p.is_misfit)
         changed = self.settings_against_data.take(instant)
         self.processor.widen_orientations(self.settings_against_data.joints_variance)
         if changed:

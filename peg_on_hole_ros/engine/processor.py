@@ -262,6 +262,11 @@ class Processor:
         return bool(self.engine.memory.place.beside > 0.5)
 
     @property
+    def is_misfit(self) -> bool:
+        """Whether the innovations in contact are larger than stated."""
+        return bool(self.engine.innovations.too_large)
+
+    @property
     def is_saturated(self) -> bool:
         """Whether a component of the last wrench was at the end of its range."""
         return bool(saturated.is_off(self.engine.wrench_noise.saturated))

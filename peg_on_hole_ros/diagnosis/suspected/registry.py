@@ -8,6 +8,7 @@ from peg_on_hole_ros.diagnosis.suspected.dead_component import DeadComponent
 from peg_on_hole_ros.diagnosis.suspected.delay import Delay
 from peg_on_hole_ros.diagnosis.suspected.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.suspected.larger_unit import LargerUnit
+from peg_on_hole_ros.diagnosis.suspected.late_wrench import LateWrench
 from peg_on_hole_ros.diagnosis.suspected.lies_across import LiesAcross
 from peg_on_hole_ros.diagnosis.suspected.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.suspected.one_setting import OneSetting
@@ -24,7 +25,7 @@ from peg_on_hole_ros.diagnosis.suspected.zero_jump import ZeroJump
 
 # In the order in which they look at a wrench and report: what makes others unsure comes first.
 SUSPECTED: tuple[type[Suspect], ...] = (
-    ClockStep, ClockDrift, Bursts, CoarseJoints, TwinJoints, StandingWrench, ZeroJump,
-    Oscillation, DeadComponent, LargerUnit, LiesAcross, StatedGravity, WrongWrench, UntakenZero,
-    FreeAir, LowPass, RimMotion, OneSetting, Delay, Unobservable,
+    ClockStep, ClockDrift, Bursts, CoarseJoints, TwinJoints, StandingWrench, LateWrench,
+    ZeroJump, Oscillation, DeadComponent, LargerUnit, LiesAcross, StatedGravity, WrongWrench,
+    UntakenZero, FreeAir, LowPass, RimMotion, OneSetting, Delay, Unobservable,
 )  # fmt: skip

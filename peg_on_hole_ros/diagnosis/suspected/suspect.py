@@ -84,6 +84,8 @@ class Instant(NamedTuple):
         Whether the published contact mode is `open`; None: nothing was published.
     beside : bool
         Whether the place tells that the peg stands beside the hole.
+    misfit : bool
+        Whether the innovations in contact are larger than stated.
 
     """
 
@@ -92,6 +94,7 @@ class Instant(NamedTuple):
     standing: Standing | None
     in_air: bool | None
     beside: bool = False
+    misfit: bool = False
 
 
 class Suspect:
