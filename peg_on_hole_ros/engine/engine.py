@@ -348,7 +348,9 @@ class Engine:
         if begins:
             self.reset()
         self.settings_against_data.forget_zero()
-        self.settings_against_data.look(self.configuration, self.processor.reduction, taken)
+        self.settings_against_data.look(
+            self.configuration, self.processor.reduction, taken, tared=True
+        )
         return taken
 
     def retune(self, configuration: Configuration) -> None:

@@ -69,14 +69,23 @@ class SettingsAgainstData:
         self.look(configuration, reduction, reduction.taken_off)
 
     def look(
-        self, configuration: Configuration, reduction: WrenchReduction, taken_off: np.ndarray
+        self,
+        configuration: Configuration,
+        reduction: WrenchReduction,
+        taken_off: np.ndarray,
+        tared: bool = False,
     ) -> None:
-        """Begin to look, with what is taken off a wrench as received, shape (6,)."""
+        """
+        Begin to look, with what is taken off a wrench as received, shape (6,).
+
+        `tared`: that alone has changed, and wrenches as received have not.
+        """
         self._configuration = configuration
         self._due.restart()
         stated = Stated(configuration, reduction, taken_off)
         for member in self._members:
-            if member.LASTS and member in self._looks:
+            lasts = member.LASTS or (tared and member.SPANS_TARE)
+            if lasts and member in self._looks:
                 self._looks[member](lambda it: it.restate(stated), None)
             else:
                 make = partial(member, stated)

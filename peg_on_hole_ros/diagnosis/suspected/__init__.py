@@ -7,14 +7,14 @@ A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`,
     Names the look in counts: `look_failed_<NAME>` where it fails.
 `FINDS` : tuple of (str, str)
     What it finds, and where or when: a line each in the table of docs/integration.md.
-`ADOPTS`, `OFFLINE`, `LASTS`, `OF_ZERO`, `OF_STAMPS`, `WITHOUT_WRENCH` : bool
+`ADOPTS`, `OFFLINE`, `LASTS`, `SPANS_TARE`, `OF_ZERO`, `OF_STAMPS`, `WITHOUT_WRENCH` : bool
     When it looks, and what becomes of its finding; see `suspect`. None is set as a rule.
 `__init__(stated)`
     Begins to look, by the settings that are used.
 `restart()`
     Forgets what a motion has shown.
 `restate(stated)`
-    Takes other settings and goes on, where it `LASTS`.
+    Takes other settings and goes on, where it `LASTS`, or `SPANS_TARE` and that was taken.
 `forget_zero()`
     Forgets what it has found of the zero: a tare has taken it.
 `take_stamps(of_wrench, t_ns)`, `take_joints(t_ns, positions)`,

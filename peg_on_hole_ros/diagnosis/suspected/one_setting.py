@@ -33,6 +33,7 @@ class _Look(NamedTuple):
     oriented_ns: int
     q: Floats
     free: bool
+    beside: bool  # on a plate beside the hole, which carries as no rim does
 
 
 class Kind(NamedTuple):
@@ -186,11 +187,16 @@ class OneSetting(Suspect):
         ),
     )
     OFFLINE = True
+    SPANS_TARE = True
 
     def __init__(self, stated: Stated) -> None:
+        self.restate(stated)
+        self.restart()
+
+    def restate(self, stated: Stated) -> None:
+        """Take another zero, about which that of the fit is spread."""
         self._configuration = stated.configuration
         self._off = np.array(stated.taken_off)
-        self.restart()
 
     def restart(self) -> None:
         """Forget all."""
@@ -217,8 +223,6 @@ class OneSetting(Suspect):
             return
         t_ns, wrenches = (np.concatenate(each) for each in zip(*self._passed))
         self._passed = []
-        if instant.beside:
-            return
         measured = instant.measured
         if self._kept:
             apart = measured.t_ns - self._kept[-1].oriented_ns
@@ -228,13 +232,17 @@ class OneSetting(Suspect):
                 self.restart()
                 return
         mean_ns = int(t_ns[0]) + int((t_ns - t_ns[0]).mean())
-        free_now = instant.in_air is True or self._is_clear(measured)
         mean = wrenches.mean(axis=0)
-        self._kept.append(_Look(mean_ns, mean, len(t_ns), measured.t_ns, measured.q, free_now))
+        free_now = instant.in_air is True or self._is_clear(measured)
+        beside = instant.beside and not free_now
+        self._kept.append(
+            _Look(mean_ns, mean, len(t_ns), measured.t_ns, measured.q, free_now, beside)
+        )
         free = np.array([look.free for look in self._kept])
-        if not self._in_contact and (free.sum() < SETTING_FIT_TEST.fewest_air or free[-1]):
+        too_few = not self._in_contact and free.sum() < SETTING_FIT_TEST.fewest_air
+        if free_now or beside or too_few:
             return
-        self._in_contact += not free[-1]
+        self._in_contact += 1
         if self._in_contact >= self._next and not unsure:
             self._judge(free)
 
@@ -254,7 +262,7 @@ class OneSetting(Suspect):
         q = np.unwrap(np.array([look.q for look in kept]), axis=0)
         counts = np.array([look.wrenches for look in kept], float)
         cycle = Cycle(t, wrench, counts, knots, q, self._off)
-        rows, rim = self._rows(cycle, free)
+        rows, rim = self._rows(cycle, free, np.array([look.beside for look in kept]))
         self._next = self._in_contact + SETTING_FIT_TEST.first
         if np.count_nonzero(rim) < SETTING_FIT_TEST.fewest:
             return
@@ -279,7 +287,7 @@ class OneSetting(Suspect):
         if self.finding is None:
             self._note_unexplained(cycle, rows, rim, weight)
 
-    def _rows(self, cycle, free):
+    def _rows(self, cycle, free, beside):
         """Return rows in the air before the first contact, and those that slide on the rim."""
         configuration = self._configuration
         scene, wrench = configuration.scene, configuration.wrench
@@ -295,7 +303,7 @@ class OneSetting(Suspect):
         )
         load = np.linalg.norm(cycle.wrench[:, :3] - cycle.wrench[air, :3].mean(axis=0), axis=1)
         loaded = (load > least) & (cycle.q[:, 0] > SETTING_FIT_TEST.above * scene.gamma0)
-        loaded &= (np.arange(len(load)) >= first) & (cycle.q[:, 0] < 1.2)
+        loaded &= (np.arange(len(load)) >= first) & (cycle.q[:, 0] < 1.2) & ~beside
         rim = np.flatnonzero(loaded)
         if len(rim):
             every = SettingFit(configuration, cycle, rim, np.ones(len(rim), bool))

@@ -116,6 +116,8 @@ class Suspect:
         Whether what fits is used in place of what is stated, where `wrench.adopt_found` is set.
     LASTS : bool
         Whether it looks at wrenches as received alone: other settings do not make it begin anew.
+    SPANS_TARE : bool
+        Whether it goes on over a tare: it keeps wrenches as received, and their zero is open.
     OF_ZERO : bool
         Whether a tare mends what it finds.
     OF_STAMPS : bool
@@ -149,6 +151,7 @@ class Suspect:
     OFFLINE: ClassVar[bool] = False
     ADOPTS: ClassVar[bool] = False
     LASTS: ClassVar[bool] = False
+    SPANS_TARE: ClassVar[bool] = False
     OF_ZERO: ClassVar[bool] = False
     OF_STAMPS: ClassVar[bool] = False
     WITHOUT_WRENCH: ClassVar[bool] = False
@@ -203,7 +206,7 @@ class Suspect:
         """Forget what a motion has shown."""
 
     def restate(self, stated: Stated) -> None:
-        """Take other settings and go on: where it `LASTS`, for others begin anew with them."""
+        """Take other settings and go on, see `LASTS` and `SPANS_TARE`; others begin anew."""
 
     def take_stamps(self, of_wrench: np.ndarray, t_ns: np.ndarray) -> None:
         """
