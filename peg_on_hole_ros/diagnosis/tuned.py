@@ -688,6 +688,11 @@ class OscillationTest(NamedTuple):
         Frequencies that differ by less than this share are one [-].
     loud : float
         Amplitude over the stated noise above which no contact is sure [-].
+    mean_s : float
+        The load is a mean over whole periods of so long at least [s].
+    slight : float
+        A load below this share of a loud one is none that is told [-]: of the mean little is
+        left of it, and white noise of its size may be a slight contact as well as none.
     mains : tuple of float
         Frequencies of the mains, and twice these [Hz].
 
@@ -703,6 +708,8 @@ class OscillationTest(NamedTuple):
     narrow: float = 8.0
     same: float = 0.03
     loud: float = 4.0
+    mean_s: float = 0.025
+    slight: float = 0.33
     mains: tuple[float, ...] = (50.0, 60.0, 100.0, 120.0)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.monitor.states import AlarmLevel
 from peg_on_hole_ros.records import WrenchSample
 from recorded_faults import BAGS, samples
 from tiers import nightly
@@ -71,6 +72,16 @@ def test_a_loud_oscillation_counts_as_noise_and_contacts_are_told():
     in_contact = [o for o in outputs if o.t_ns - outputs[0].t_ns > 2_200_000_000]
     assert np.mean([o.contact_mode == "three_point" for o in in_contact]) > 0.95
     assert np.mean([bool(o.monitor["reactions_determined"]) for o in in_contact]) > 0.8
+
+
+def test_a_loud_oscillation_is_no_contact_in_the_air():
+    """A slight load and none are as likely in noise of its size; the mean over periods tells."""
+    _, outputs = played(oscillating(30.0, 3.0, 0.15, end=1.19))
+    # A stretch of 0.25 s, and the look that follows it.
+    later = [o for o in outputs if o.t_ns - outputs[0].t_ns > 270_000_000]
+    assert {o.contact_mode for o in later} <= {"open", "unknown"}
+    levels = {alarm.level for o in later for alarm in o.alarms if alarm.name == "contact_loss"}
+    assert levels == {AlarmLevel.OK}
 
 
 def test_hum_of_the_mains_is_named_and_no_zero():

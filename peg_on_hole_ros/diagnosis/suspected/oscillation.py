@@ -1,6 +1,7 @@
 """An oscillation of the wrench: hum of the mains, or an arm that swings, at one frequency."""
 
-from math import hypot, sqrt
+from collections import deque
+from math import ceil, hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import OSCILLATION_TEST
+from peg_on_hole_ros.mechanics.reference import peg_axes
 
 # Root mean square of an oscillation, over its amplitude.
 _RMS = sqrt(0.5)
@@ -41,7 +43,8 @@ class Oscillation(Suspect):
             "`the wrench oscillates`, with frequency and amplitude: hum of the mains, or an arm "
             "that swings. Meanwhile no other setting is reported or adopted; where it exceeds the "
             "stated noise by four times it counts as noise, and until then, or without "
-            "`wrench.adopt_found`, the mode is `unknown`, and `reactions_determined` is 0",
+            "`wrench.adopt_found`, or where the load over whole periods is less than a third of "
+            "it, the mode is `unknown`, and `reactions_determined` is 0",
             "anywhere, after 0.8 s; from 12 Hz on",
         ),
     )
@@ -56,16 +59,20 @@ class Oscillation(Suspect):
 
     def restate(self, stated: Stated) -> None:
         """Take other noise, which may be that of the oscillation."""
+        self._reduction, self._scene = stated.reduction, stated.configuration.scene
         wrench = stated.configuration.wrench
         self._noise = np.array([wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3)
 
     def restart(self) -> None:
         """Forget the wrenches so far."""
         self._passed: list[tuple[np.ndarray, np.ndarray]] = []
+        # The latest of these, for the load.
+        self._recent: deque[tuple[np.ndarray, np.ndarray]] = deque()
         # Of the last stretch, how many before it were alike, and how many since had no such line.
         self._last: _Tone | None = None
         self._alike = self._without = 0
         self._tone: _Tone | None = None
+        self._loud = self._slight = False
 
     @property
     def hides(self) -> bool:  # type: ignore[override]
@@ -74,10 +81,11 @@ class Oscillation(Suspect):
 
     @property
     def unsure(self) -> bool:
-        """Whether it exceeds the noise by far."""
-        if self._tone is None:
-            return False
-        over = self._tone.force / self._noise[0], self._tone.torque / self._noise[3]
+        """Whether it exceeds the noise by far, or all that may carry the peg."""
+        return self._tone is not None and (self._exceeds(self._tone) or self._slight)
+
+    def _exceeds(self, tone):
+        over = tone.force / self._noise[0], tone.torque / self._noise[3]
         return max(over) > OSCILLATION_TEST.loud
 
     def _with(self, tone: _Tone) -> dict[str, object]:
@@ -92,27 +100,48 @@ class Oscillation(Suspect):
         """Process every wrench, see the package."""
         if len(t_ns):
             self._passed.append((t_ns, wrenches))
+            self._recent.append((t_ns, wrenches))
+            while t_ns[-1] - self._recent[0][0][-1] > OSCILLATION_TEST.stretch_ns:
+                self._recent.popleft()
 
     def take(self, instant: Instant, unsure: bool) -> None:
-        """Look at a stretch that is complete."""
+        """Look at the load, and at a stretch that is complete."""
         if not self._passed:
             return
+        self._weigh(instant.measured.q)
         lasts_ns = self._passed[-1][0][-1] - self._passed[0][0][0]
         if 0 <= lasts_ns < OSCILLATION_TEST.stretch_ns:
             return
         t_ns, rows = (np.concatenate(each) for each in zip(*self._passed))
-        self._passed = []
+        first, self._passed = self._last is None and not self._without, []
         before, self._last = self._last, self._heard(t_ns, rows)
         same = before is not None and self._last is not None and _same(before, self._last)
         self._alike = self._alike + 1 if same else 0
         self._without = 0 if same else self._without + 1
-        if same:
+        if same or (first and self._last and self._exceeds(self._last)):
+            # Of what a recording begins with nothing else is known yet.
             self._tone = self._last
+            self._loud = self._loud or self._exceeds(self._last)
         elif self._without >= OSCILLATION_TEST.lasts:
-            self._tone = None
+            self._tone, self._loud = None, False
         if self._tone and self._alike >= OSCILLATION_TEST.stretches - 1 and self.finding is None:
             noise = self._with(self._tone) if self.unsure else {}
             self.finding = Finding(_said(self._tone), noise)
+
+    def _weigh(self, q):
+        """Note whether a loud oscillation swings by more than the load over whole periods."""
+        self._slight = False
+        if self._tone is None or not self._loud:
+            return
+        t_ns, rows = (np.concatenate(each) for each in zip(*self._recent))
+        periods = ceil(OSCILLATION_TEST.mean_s * self._tone.frequency)
+        lasts_ns = periods * 1e9 / self._tone.frequency
+        mean = rows[t_ns > t_ns[-1] - lasts_ns].mean(axis=0)
+        carried = self._reduction.on_peg(mean[:3], mean[3:], q)
+        carried[:3] += self._scene.peg_mass * (peg_axes(q).T @ np.array(self._scene.gravity))
+        sizes = np.linalg.norm(carried.reshape(2, 3), axis=1)
+        least = OSCILLATION_TEST.slight * np.array([self._tone.force, self._tone.torque])
+        self._slight = bool((sizes < least).all())
 
     def _heard(self, t_ns, rows):
         """Return the line in the spectrum of a stretch, or None."""
