@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimator.tuned import EstimatorNumbers
 from peg_on_hole_ros.identification.tuned import IdentificationNumbers
 from peg_on_hole_ros.measurements.tuned import MeasurementNumbers
 from peg_on_hole_ros.monitor.tuned import MonitorNumbers
+from peg_on_hole_ros.setup_steps.tuned import SetupNumbers
 
 # Fields of `Settings` that are no tuned numbers: how many there are of others, and what another
 # method leaves out or does.
@@ -38,6 +39,7 @@ class TunedNumbers(NamedTuple):
     monitor : MonitorNumbers
     diagnosis : DiagnosisNumbers
     engine : EngineNumbers
+    setup_steps : SetupNumbers
 
     """
 
@@ -48,6 +50,7 @@ class TunedNumbers(NamedTuple):
     monitor: MonitorNumbers = MonitorNumbers()
     diagnosis: DiagnosisNumbers = DiagnosisNumbers()
     engine: EngineNumbers = EngineNumbers()
+    setup_steps: SetupNumbers = SetupNumbers()
 
 
 class TunedNumber(NamedTuple):

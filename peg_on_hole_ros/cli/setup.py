@@ -116,7 +116,8 @@ def _start(arguments):
 
 def _print_result(cell, dialogue, configuration, out, ended):
     dialogue.say(f"\n{known_table(cell, configuration)}")
-    for line in cell.open_settings():
+    not_known = cell.open_settings()
+    for line in not_known:
         dialogue.say(f"not known: {line}")
     for each in cell.contradictions:
         dialogue.say(f"contradicted: {each}")
@@ -127,3 +128,9 @@ def _print_result(cell, dialogue, configuration, out, ended):
         )
         return
     dialogue.say(f"written: {out}; use it with `peg-on-hole replay BAG --config {out}`")
+    if not_known:
+        many = "1 setting is" if len(not_known) == 1 else f"{len(not_known)} settings are"
+        dialogue.say(
+            f"{many} not known (above), and right by chance: state or record what is missing, and "
+            f"go on with `peg-on-hole setup --config {out}`"
+        )

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 from peg_on_hole_ros.config.configuration import BY_NAME, check_one, from_parameters
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.setup_steps.tuned import UNSTATED_PEG
 
 MEASURED, STATED, FOLLOWS = "measured", "stated", "follows"
 DEFAULT, UNKNOWN = "default", "not known"
@@ -106,7 +107,8 @@ class Cell:
         """Give a peg of which nobody has stated the diameter one that the hole has room for."""
         hole, peg = "scene.hole_diameter", "scene.peg_diameter"
         if not self.is_given(peg) and self.value(peg) >= self.value(hole):
-            self.put(peg, 0.99 * self.value(hole), Known(UNKNOWN, "gauge the shank and state it"))
+            size = UNSTATED_PEG.of_hole * self.value(hole)
+            self.put(peg, size, Known(UNKNOWN, "gauge the shank and state it"))
 
     def contradict(self, name: str, text: str) -> None:
         """Note what does not fit a parameter."""

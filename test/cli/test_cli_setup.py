@@ -92,6 +92,9 @@ def test_recordings_of_the_first_day_become_settings_that_say_how_they_are_known
     assert float(gravity[1]) < 0.1
     left = re.search(r"hang.mcap is left ([0-9.]+) N of it", told["wrench.bias_force"])
     assert float(left[1]) < 0.1
+    # What is missing is no error, and is told last.
+    assert re.findall(r"^not known: (\S+): ", text, re.M) == ["joints.delay"]
+    assert text.splitlines()[-1].startswith("1 setting is not known (above)")
     # The table says the same as the file.
     for name in ("wrench.acts_on", "scene.gravity", "wrench.payload_mass", "wrench.bias_force"):
         row = re.search(rf"^{re.escape(name)} .*$", text, re.M)[0]

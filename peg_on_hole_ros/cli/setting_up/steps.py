@@ -41,6 +41,7 @@ from peg_on_hole_ros.setup_steps.questions import (
     Question,
 )
 from peg_on_hole_ros.setup_steps.robot_parts import RobotParts
+from peg_on_hole_ros.setup_steps.tuned import COMPARED_ZERO
 
 RECORDINGS = ("plate", "presses", "poses", "hang", "run")
 _WHAT = {
@@ -53,8 +54,6 @@ _WHAT = {
     "hang": "Let the peg hang free and still above the hole for some seconds.",
     "run": "Set the peg on the hole and insert it, as the cell will.",
 }
-# By so much a zero of usual drift moves within minutes [N].
-_MOST_MOVED = 0.5
 
 
 class Steps:
@@ -256,7 +255,7 @@ class Steps:
             take_zero(cell, poses, configuration, opened.name)
             return
         noise = configuration.wrench.force_stddev
-        compare_zero(cell, poses, configuration, opened.name, max(_MOST_MOVED, noise))
+        compare_zero(cell, poses, configuration, opened.name, max(COMPARED_ZERO.most_moved, noise))
 
     def _run(self):
         self._dialogue.heading("An insertion")
