@@ -38,8 +38,9 @@ from peg_on_hole_ros.messages.warm_up import warm  # noqa: E402
 from peg_on_hole_ros.records import WrenchSample  # noqa: E402
 from peg_on_hole_ros.replay.run import stored_configuration  # noqa: E402
 from peg_on_hole_ros.sim.truth import integrate  # noqa: E402
-from peg_on_hole_ros.study import cost_floor, runs, scenes  # noqa: E402
-from peg_on_hole_ros.study.chart import ESTIMATORS, WRENCH_RATES  # noqa: E402
+from peg_on_hole_ros.study import runs, scenes  # noqa: E402
+from peg_on_hole_ros.study.chart import DEFAULT, step_times  # noqa: E402
+from peg_on_hole_ros.study.smoothed import make_smoothed  # noqa: E402
 from simulated import contact_plan, plan  # noqa: E402
 
 NAME = "closing_with_slip"
@@ -62,10 +63,8 @@ def estimator() -> None:
     samples = list(bag_samples(BAG, configuration))
     runs.run(configuration, samples[:FEW], perf_counter)
     told = runs.always_in_contact(configuration)
-    for each in ESTIMATORS:
-        if each.rate == WRENCH_RATES[0]:
-            runs.run(told, samples[:FEW], perf_counter, each.make)
-    cost_floor.arithmetic(told, samples[:FEW], perf_counter)
+    runs.run(told, samples[:FEW], perf_counter, make_smoothed)
+    step_times([DEFAULT], told, samples[:FEW], perf_counter)
     _steps(configuration)
     joints = PegJoints(configuration.joints)
     wrenches = [sample for sample in samples if isinstance(sample, WrenchSample)]

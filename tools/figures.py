@@ -29,7 +29,10 @@ def rows_of(path: Path) -> list[list[str]]:
 def chart_table(found, limits) -> str:
     """Return the table of the chart: a row for each method, its rates side by side."""
     rows = {row.name: row for row in found}
-    lines = [("method", "reactions [%]", "tilt's rate [rad/s]", "within 95 %", "us for a ms")]
+    lines = [
+        ("method", "reactions [%]", "tilt's rate [rad/s]", "within 95 %", "step [us]",
+         "whole path [us for a ms]"),
+    ]  # fmt: skip
     for name in dict.fromkeys(one.name for one in chart.ESTIMATORS):
         own = [rows[str(one)] for one in chart.ESTIMATORS if one.name == name]
         first = own[0]
@@ -40,19 +43,22 @@ def chart_table(found, limits) -> str:
                 _each(_digits(100 * row.reactions, 3) for row in own) if told else "",
                 _each(_digits(row.tilt_rate, 2) for row in own),
                 f"{100 * first.reactions_inside:.0f} %" if told else "",
-                _each(f"{row.microseconds:.0f}" for row in own),
+                _step(first),
+                _each(f"{row.whole:.0f}" for row in own) if first.whole == first.whole else "",
             )
         )
     lines.append(
-        (
-            "bound; C limit, at 1 kHz",
-            _digits(100 * limits.reactions, 2),
-            _digits(limits.tilt_rate, 2),
-            "",
-            f"{limits.microseconds:.0f}",
-        )
-    )
+        ("bound at 1 kHz", _digits(100 * limits.reactions, 2), _digits(limits.tilt_rate, 2), "",
+         "", "")
+    )  # fmt: skip
     return markdown(lines)
+
+
+def _step(row):
+    if row.step != row.step:
+        return ""
+    low, high = (_digits(value, 2) for value in (row.step_low, row.step_high))
+    return f"{_digits(row.step, 2)} ({low} to {high})"
 
 
 def _each(texts):

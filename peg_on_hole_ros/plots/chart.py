@@ -56,7 +56,7 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
     ):  # fmt: skip
         axis = fig.add_axes(place)
         axis.set_title(title, loc="left", fontsize=10, weight="bold")
-        _panel(fig, axis, rows, marks, errors, bound, limits.microseconds)
+        _panel(fig, axis, rows, marks, errors, bound, limits.whole)
     _legend(fig, narrow)
     return fig
 
@@ -84,10 +84,10 @@ def _legend(fig, narrow):
 def _panel(fig, axis, rows, marks, errors, bound, limit):
     known = [k for k, error in enumerate(errors) if np.isfinite(error)]
     rows, marks = [rows[k] for k in known], [marks[k] for k in known]
-    cost, error = np.array([row.microseconds for row in rows]), np.array(errors)[known]
+    cost, error = np.array([row.per_ms() for row in rows]), np.array(errors)[known]
     sure = [k for k, row in enumerate(rows) if _keeps(row)]
-    least = np.nanmin([cost.min(), limit])
-    axis.set(xscale="log", yscale="log", xlim=(least / 1.5, cost.max() * 2.6))
+    most = np.nanmax([cost.max(), limit])
+    axis.set(xscale="log", yscale="log", xlim=(cost.min() / 1.5, most * 2.6))
     axis.set_ylim(np.nanmin([error.min(), bound]) / 1.5, error.max() * 1.8)
     kept = [sure[k] for k in front(cost[sure], error[sure])]
     axis.step(cost[kept], error[kept], where="post", color=_FRONT_COLOR, linewidth=2, zorder=1)
@@ -106,7 +106,7 @@ def _panel(fig, axis, rows, marks, errors, bound, limit):
         part.set_minor_formatter(NullFormatter())
     axis.tick_params(labelsize=8)
     axis.grid(alpha=0.2)
-    axis.set_xlabel("computing time a millisecond of motion [µs], whole path", fontsize=8.5)
+    axis.set_xlabel("computing time of the steps in a millisecond of motion [µs]", fontsize=8.5)
     _lines(axis, bound, limit)
     fig.canvas.draw()
     place_labels(
@@ -134,7 +134,7 @@ def _lines(axis, bound, limit):
     if np.isfinite(limit):
         axis.axvline(limit, color="black", linewidth=1, linestyle=":", zorder=1)
         axis.text(
-            limit, 0.99, " C limit at 1 kHz", transform=axis.get_xaxis_transform(), fontsize=8,
+            limit, 0.99, " whole path, 1 kHz", transform=axis.get_xaxis_transform(), fontsize=8,
             ha="left", va="top",
         )  # fmt: skip
 

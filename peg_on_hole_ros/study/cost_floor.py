@@ -1,4 +1,4 @@
-"""What the default's arithmetic costs by itself: its steps in one compiled loop, as in C."""
+"""What a method's compiled step costs by itself: all steps in one compiled loop, as in C."""
 
 from collections.abc import Callable, Sequence
 
@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
-from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.runs import run
@@ -79,13 +79,39 @@ class Noted(ContactFilter):
             self.calls.append([float(what), *given] + [0.0] * (_WIDTH - len(given)))
 
 
-def taken_anew(noted: Noted, clock: Callable[[], float]) -> tuple[ContactFilter, float]:
-    """Take all its steps in one compiled loop; return where it came to, and the time [s]."""
-    peg, calls = ContactFilter(*noted.arguments), np.array(noted.calls)
+def noted(configuration: Configuration, samples: Sequence, clock: Callable[[], float]) -> Noted:
+    """Run the default estimator over joint and wrench samples, and return it with its calls."""
+    made = []
+
+    def make(*given):
+        made.append(Noted(*given))
+        return made[-1]
+
+    run(configuration, samples, clock, make)
+    return made[-1]
+
+
+def taken_anew(
+    noted: Noted, settings: Settings, clock: Callable[[], float]
+) -> tuple[ContactFilter, float]:
+    """
+    Take all steps anew in one compiled loop; return where it came to, and the time a wrench [s].
+
+    Parameters
+    ----------
+    noted : Noted
+    settings : Settings
+        Of the estimator that is to take them.
+    clock : callable
+        Returns a time [s].
+
+    """
+    peg, calls = ContactFilter(*noted.arguments[:4], settings), np.array(noted.calls)
     gates = peg.gates
     begun = clock()
     _all_steps(peg.memory, gates, calls)
-    return peg, clock() - begun
+    seconds = clock() - begun
+    return peg, seconds / max(int(np.count_nonzero(calls[:, 0] == _WEIGH)), 1)
 
 
 @compiled
@@ -103,30 +129,3 @@ def _all_steps(memory, gates, calls):
             filter_steps.correct(memory, gates, q, R)
         else:
             filter_steps.correct_by_wrench(memory, given[:6], int(given[6]))
-
-
-def arithmetic(
-    configuration: Configuration, samples: Sequence, clock: Callable[[], float]
-) -> float:
-    """
-    Return how long the default's arithmetic takes over samples, without anything around it [s].
-
-    Parameters
-    ----------
-    configuration : Configuration
-    samples : sequence
-        Joint and wrench samples.
-    clock : callable
-        Returns a time [s].
-
-    """
-    made = []
-
-    def make(*given):
-        made.append(Noted(*given))
-        return made[-1]
-
-    run(configuration, samples, clock, make)
-    # Compiled, and its memory at hand.
-    taken_anew(made[-1], clock)
-    return taken_anew(made[-1], clock)[1]

@@ -5,14 +5,17 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.methods import balance
 from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.estimator.state import OPEN_BEGIN
-from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.study.balance import balanced
+
+# Angles, rates and reactions, where nothing but friction is open.
+_TOLD = [*range(6), *range(OPEN_BEGIN, OPEN_BEGIN + 3)]
 
 
 def make_smoothed(
@@ -32,6 +35,9 @@ class Smoothed(Smoother):
         super().__init__(*arguments)
         if self._n != OPEN_BEGIN:
             raise ValueError("nothing but friction is left open here")
+        settings = default_settings(**balance.SETTINGS | {"inertia": 1.0})
+        scene, options, noise, offsets = arguments[:4]
+        self._balance = ContactFilter(scene, options, noise, offsets, settings)
         self._wrenches: list[np.ndarray] = []
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
@@ -51,13 +57,15 @@ class Smoothed(Smoother):
 
         """
         t_ns, state, covariance = self.smooth_all()
-        spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+        n, kalman = self._n, self._balance
         values, stddev = np.empty((len(t_ns), 9)), np.empty((len(t_ns), 9))
-        values[:, :6], stddev[:, :6] = state[:, :6], spread[:, :6]
-        work = workspace()
+        kalman.start(state[0][:3], covariance[0][:3, :3])
         for k, u in enumerate(self._wrenches):
-            found, P = balanced(
-                self.scalars, state[k], spread[k], u, self.wrench_noise, False, work
-            )
-            values[k, 6:], stddev[k, 6:] = found, np.sqrt(np.diagonal(P))
+            # Every wrench is one of a peg that has been in contact for long.
+            kalman.predict(kalman.settings.settling)
+            x, P = kalman.mixture.x[0], kalman.mixture.P[0]
+            x[:n], P[:n, :n] = state[k], covariance[k]
+            kalman.mixture.mean[:n], kalman.mixture.covariance[:n, :n] = state[k], covariance[k]
+            kalman.weigh(u, ContactSet.THREE)
+            values[k], stddev[k] = x[_TOLD], np.sqrt(np.diagonal(P)[_TOLD])
         return t_ns, values, stddev

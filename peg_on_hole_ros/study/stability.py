@@ -13,20 +13,17 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.truth import Truth, integrate
-from peg_on_hole_ros.study.balance import make_balance
-from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
-from peg_on_hole_ros.study.particles import make_particles
+from peg_on_hole_ros.study.chart import DDE_DRIVEN, LEAST_DETERMINED, by_method
 from peg_on_hole_ros.study.runs import always_in_contact, errors, run
 from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
-from peg_on_hole_ros.study.unscented import make_unscented
 
 COMPARED_METHODS = {
-    "default": partial(by_method, "mixture"),
-    "quasi-static balance": make_balance,
-    "no mixture": partial(by_method, "one_level"),
-    "DDE-driven": make_dde_driven,
-    "unscented": make_unscented,
-    "particles": make_particles,
+    "mixture": partial(by_method, "mixture"),
+    "balance": partial(by_method, "balance"),
+    "one_level": partial(by_method, "one_level"),
+    "dde_driven": DDE_DRIVEN.make,
+    "unscented": partial(by_method, "unscented"),
+    "particles_1000": partial(by_method, "particles_1000"),
 }
 # Of 95 % bounds, of the least covered quantity.
 LEAST_COVERAGE = 0.85
