@@ -26,6 +26,7 @@ FAMILIES = {
     "robot_cells": "benchmarks.robot_cells.drawn",
     "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
     "ablation": "benchmarks.ablation",
+    "rivals": "benchmarks.rivals",
     "calibration": "benchmarks.calibration",
     "tuned_numbers": "benchmarks.tuned_numbers.tuned_numbers",
     "plans": "benchmarks.plans",

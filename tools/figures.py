@@ -16,6 +16,7 @@ from peg_on_hole_ros.cli.stability import found_in
 from peg_on_hole_ros.plots import chart as chart_plot
 from peg_on_hole_ros.plots import stability as stability_plot
 from peg_on_hole_ros.study import chart, stability
+from peg_on_hole_ros.study.estimators import ESTIMATORS, WRENCH_RATES
 
 BEGIN, END = "<!-- table -->\n\n", "\n\n<!-- end of table -->"
 
@@ -26,23 +27,27 @@ def rows_of(path: Path) -> list[list[str]]:
         return list(csv.reader(file))[1:]
 
 
-def chart_table(found, limits) -> str:
-    """Return the table of the chart: a row for each method, its rates side by side."""
+def chart_table(scores) -> str:
+    """Return the tables of the chart: over all kinds of scene, and of each by itself."""
+    return f"{overall_table(*chart.limits(chart.overall(scores)))}\n\n{kinds_table(scores)}"
+
+
+def overall_table(found, limits) -> str:
+    """Return a row for each method, its rates side by side."""
     rows = {row.name: row for row in found}
     lines = [
         ("method", "reactions [%]", "tilt's rate [rad/s]", "within 95 %", "step [us]",
          "whole path [us for a ms]"),
     ]  # fmt: skip
-    for name in dict.fromkeys(one.name for one in chart.ESTIMATORS):
-        own = [rows[str(one)] for one in chart.ESTIMATORS if one.name == name]
+    for name in dict.fromkeys(one.name for one in ESTIMATORS):
+        own = [rows[str(one)] for one in ESTIMATORS if one.name == name]
         first = own[0]
-        told = first.reactions == first.reactions
         lines.append(
             (
                 name,
-                _each(_digits(100 * row.reactions, 3) for row in own) if told else "",
+                _each(_digits(100 * row.reactions, 3) for row in own),
                 _each(_digits(row.tilt_rate, 2) for row in own),
-                f"{100 * first.reactions_inside:.0f} %" if told else "",
+                f"{100 * first.reactions_inside:.0f} %",
                 _step(first),
                 _each(f"{row.whole:.0f}" for row in own) if first.whole == first.whole else "",
             )
@@ -52,6 +57,30 @@ def chart_table(found, limits) -> str:
          "", "")
     )  # fmt: skip
     return markdown(lines)
+
+
+def kinds_table(scores) -> str:
+    """Return a row for each method at 1 kHz, the error of its reactions in each kind of scene."""
+    kinds = chart.of_kinds(scores)
+    rows = {kind: {row.name: row for row in found} for kind, found in kinds.items()}
+    lines = [("reactions at 1 kHz [%]", *kinds)]
+    for one in ESTIMATORS:
+        if one.rate == WRENCH_RATES[0]:
+            lines.append((one.name, *(_error(rows[kind][str(one)]) for kind in kinds)))
+    bound = (rows[kind][chart.BOUND].reactions for kind in kinds)
+    lines.append(("bound", *(_digits(100 * each, 2) if each == each else "" for each in bound)))
+    return markdown(lines)
+
+
+def _error(row):
+    """Return an error with the spread of its seeds; in brackets: its bounds do not hold."""
+    if row.reactions != row.reactions:
+        return ""
+    off, low, high = (
+        _digits(100 * each, 2) for each in (row.reactions, row.reactions_low, row.reactions_high)
+    )
+    text = off if low == high else f"{off} ({low} to {high})"
+    return text if chart.keeps(row) else f"[{text}]"
 
 
 def _step(row):
@@ -88,13 +117,20 @@ def stability_table(found) -> str:
 
 
 def made(figures: Path) -> dict[str, tuple[str, dict]]:
-    """Return the table and the pictures by name of each page."""
-    rows, limits = chart.limits(chart.overall(scores_of(rows_of(figures / "chart.csv"))))
+    """Return the tables of each page, and its pictures by the end of their names."""
+    scores = scores_of(rows_of(figures / "chart.csv"))
+    whole = chart.limits(chart.overall(scores))
+    kinds = {kind: chart.limits(rows) for kind, rows in chart.of_kinds(scores).items()}
     found = found_in(rows_of(figures / "stability.csv"))
     return {
         "chart": (
-            chart_table(rows, limits),
-            {end: chart_plot.figure(rows, limits, bool(end)) for end in ("", "_narrow")},
+            chart_table(scores),
+            {
+                "": chart_plot.figure(*whole),
+                "_narrow": chart_plot.figure(*whole, narrow=True),
+                "_kinds": chart_plot.kinds_figure(kinds),
+                "_kinds_narrow": chart_plot.kinds_figure(kinds, narrow=True),
+            },
         ),
         "stability": (
             stability_table(found),

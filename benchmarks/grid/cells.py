@@ -97,6 +97,9 @@ def legs(motion: Motion) -> tuple[list, float]:
         return [
             (-v, 0.4 * w, 0.7 * w), (-0.7 * v, -0.4 * w, 0.3 * w), (-0.9 * v, 0.4 * w, -0.6 * w),
         ], duration  # fmt: skip
+    if motion.name == "turn":
+        # Nor this: for tuning, a peg that turns round once, and quickly.
+        return [(-v, 0.25 * w, 0.8 * w), (-v, -0.25 * w, -0.8 * w)], 0.25
     if motion.name == "reversals":
         return [
             (-v, 0.3 * w, w), (-v / 2, -0.3 * w, -w), (v / 5, 0.3 * w, w), (-v, 0.3 * w, -w),

@@ -54,8 +54,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
-        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _setup, _calibrate,
-        _compare, _node, _watch,
+        _replay, _simulate, _solve, _plan, _choose, _chart, _stability, _inspect, _setup,
+        _calibrate, _compare, _node, _watch,
     ):  # fmt: skip
         add(commands)
     return top
@@ -227,6 +227,49 @@ def _plan(commands):
         help="folder for plan.json, plan.png and plan.svg, made if missing",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _choose(commands):
+    command = _command(
+        commands,
+        "choose",
+        "the cheapest method and the lowest rate of the wrench that are enough for a cell",
+        "  peg-on-hole choose --config config/plan_cell.yaml --out choose\n"
+        "  peg-on-hole choose --config CELL.yaml --bag recording.mcap --within 5%",
+    )
+    command.epilog += (
+        "\n\nThe motion is that of the recording, led anew in simulation; else that of a part "
+        "simulation:\nof CELL.yaml; else the one that peg-on-hole plan finds. Sensors have the "
+        "noise that CELL.yaml\nstates. Where nothing is enough the answer says what is nearest, "
+        "and the exit code is 0."
+    )
+    command.add_argument(
+        "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
+    )
+    command.add_argument("--bag", metavar="RECORDING", help="recording whose motion is taken")
+    for name, default, what in (
+        ("--within", "3%", "the reactions may be off, over their mean"),
+        ("--rate-within", "10%", "the tilt's rate may be off, over its own size"),
+    ):
+        command.add_argument(
+            name, metavar="SHARE", default=default,
+            help=f"by how much {what} (default {default})".replace("%", "%%"),
+        )  # fmt: skip
+    command.add_argument(
+        "--flag-within", metavar="MS", type=float, default=10.0,
+        help="by how much the transition may be told early or late (default 10 ms)",
+    )  # fmt: skip
+    command.add_argument(
+        "--rate", metavar="HZ", type=int, default=1000,
+        help="of the wrench, where no recording tells it (default 1000)",
+    )  # fmt: skip
+    command.add_argument(
+        "--seeds", metavar="N", type=int, default=12, help="how often noise is drawn (default 12)"
+    )
+    command.add_argument(
+        "--out", metavar="DIR",
+        help="folder for choose.yaml (the setting), choose.png and choose.svg, made if missing",
+    )  # fmt: skip
 
 
 def _chart(commands):

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from time import thread_time
 
 from peg_on_hole_ros.cli.output_paths import out_folder
@@ -13,9 +14,9 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import chart, scenes
+from peg_on_hole_ros.study.estimators import ESTIMATORS
 
-SEEDS, QUICK_SEEDS = 3, 1
-QUICK_CASES = 3
+SEEDS, QUICK_SEEDS = 5, 1
 FIRST_SEED = 100
 # Of the thread itself: what else the machine does does not count.
 CLOCK = thread_time
@@ -26,35 +27,45 @@ def run(arguments: Namespace) -> int:
     needed()
     configuration, _ = load(arguments.config)
     folder = out_folder(arguments.out, arguments.config)
-    cases = scenes.CASES[:QUICK_CASES] if arguments.quick else scenes.CASES
+    cases = [case for each in scenes.KINDS.values() for case in each]
+    if arguments.quick:
+        cases = [each[0] for each in scenes.KINDS.values()]
     seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
-    chosen = [one for one in chart.ESTIMATORS if one.shown or not arguments.quick]
+    chosen = [one for one in ESTIMATORS if one.shown or not arguments.quick]
     each = len(chosen) + 1
     rows = PartialTable(folder / "chart.csv", chart.ChartScore._fields, state, each)
     try:
         with ProgressBar("chart") as progress:
             for k, case in enumerate(cases):
                 if k * each >= len(rows.rows):
-                    rows.add(
-                        _scores(chosen, case.name, scenes.truth_of(case, configuration), seeds)
-                    )
+                    rows.add(_scores(chosen, case, scenes.truth_of(case, configuration), seeds))
                 progress((k + 1) / len(cases))
     except BaseException:
         rows.close()
         raise
     rows.finish()
-    found, limits = chart.limits(chart.overall(scores_of(rows.rows)))
-    from peg_on_hole_ros.plots.chart import figure
-
-    written = [
-        rows.path,
-        *save(figure(found, limits), folder / "chart"),
-        *save(figure(found, limits, narrow=True), folder / "chart_narrow"),
-    ]
-    print(summary(found, limits))
-    print(", ".join(map(str, written)))
+    found = scores_of(rows.rows)
+    whole, limits = chart.limits(chart.overall(found))
+    print(summary(whole, limits))
+    print(", ".join(map(str, [rows.path, *draw(found, folder)])))
     return 0
+
+
+def draw(found: Sequence[chart.ChartScore], folder: Path) -> list[Path]:
+    """Draw all pictures of the scores into a folder; return what was written."""
+    from peg_on_hole_ros.plots.chart import figure, kinds_figure
+
+    whole = chart.limits(chart.overall(found))
+    kinds = {kind: chart.limits(rows) for kind, rows in chart.of_kinds(found).items()}
+    return [
+        path
+        for name, narrow in (("", False), ("_narrow", True))
+        for path in (
+            *save(figure(*whole, narrow=narrow), folder / f"chart{name}"),
+            *save(kinds_figure(kinds, narrow=narrow), folder / f"chart_kinds{name}"),
+        )
+    ]
 
 
 def _scores(chosen, case, truth, seeds):
@@ -66,7 +77,7 @@ def _scores(chosen, case, truth, seeds):
 
 def scores_of(rows: Iterable[Sequence]) -> list[chart.ChartScore]:
     """Return the scores in rows of `chart.csv`."""
-    return [chart.ChartScore(*row[:2], *_numbers(row[2:])) for row in rows]
+    return [chart.ChartScore(*row[:3], *_numbers(row[3:])) for row in rows]
 
 
 def _numbers(row):

@@ -1,5 +1,6 @@
 """Fixed-interval smoothing: what a whole recording shows of every one of its stamps."""
 
+from collections.abc import Iterator
 from math import exp
 from typing import NamedTuple
 
@@ -95,19 +96,43 @@ class Smoother(ContactFilter):
         t_ns, state, covariance = self.smooth_all()
         return t_ns, state[:, :6], covariance[:, :6, :6]
 
-    def smooth_all(self) -> tuple[Words, Floats, Floats]:
-        """Return what `smooth` does of all that is estimated, n values, but the reactions."""
+    def smooth_all(self, lag_ns: int | None = None) -> tuple[Words, Floats, Floats]:
+        """
+        Return what `smooth` does of all that is estimated, n values, but the reactions.
+
+        Parameters
+        ----------
+        lag_ns : int, optional
+            A stamp is told by what comes until one to two such times after it [ns]; None: by the
+            whole recording.
+
+        """
         t_ns, n = np.array([t for t, _ in self._marks], np.int64), self._n
         state, covariance = np.empty((len(t_ns), n)), np.empty((len(t_ns), n, n))
-        x, P = self._estimate()
-        row = len(t_ns) - 1
-        for k in range(len(self._steps), 0, -1):
-            # A step's end is where the next one, or the recording's end, stands.
-            while row >= 0 and self._marks[row][1] == k:
-                state[row], covariance[row] = x, P
-                row -= 1
-            x, P = _back(self._steps[k - 1], x, P)
+        for rows, end in self._stretches(t_ns, lag_ns):
+            at_end = end == len(self._steps)
+            x, P = self._estimate() if at_end else self._steps[end].before
+            row = rows.stop - 1
+            for k in range(end, 0, -1):
+                # A step's end is where the next one, or the recording's end, stands.
+                while row >= rows.start and self._marks[row][1] == k:
+                    state[row], covariance[row] = x, P
+                    row -= 1
+                if row < rows.start:
+                    break
+                x, P = _back(self._steps[k - 1], x, P)
         return t_ns, state, covariance
+
+    def _stretches(self, t_ns: Words, lag_ns: int | None) -> Iterator[tuple[range, int]]:
+        """Yield rows that are told together, and how many steps are known by then."""
+        if lag_ns is None or not len(t_ns):
+            yield range(len(t_ns)), len(self._steps)
+            return
+        for begin in range(int(t_ns[0]), int(t_ns[-1]) + 1, lag_ns):
+            first, after = np.searchsorted(t_ns, [begin, begin + lag_ns]).tolist()
+            known = int(np.searchsorted(t_ns, begin + 2 * lag_ns, side="right")) - 1
+            if first < after:
+                yield range(first, after), self._marks[known][1]
 
 
 def _back(step: _Step, x: Floats, P: Floats) -> tuple[Floats, Floats]:

@@ -1,5 +1,7 @@
 """Errors against what a wrench costs, as one picture: the reactions, and the tilt's rate."""
 
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -8,22 +10,24 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.plots.labels import place_labels
 from peg_on_hole_ros.study.chart import (
-    DEFAULT,
-    ESTIMATORS,
-    LEAST_DETERMINED,
-    OVERCONFIDENT_COVERAGE,
     Limits,
     Overall,
     front,
+    keeps,
 )
+from peg_on_hole_ros.study.estimators import DEFAULT, ESTIMATORS
 
 # Okabe and Ito's, with a marker for each rate.
 _DEFAULT_COLOR, _OTHER_COLOR, _FRONT_COLOR = "#009e73", "#0072b2", "#9a9a9a"
+_PART_COLOR = "#cc79a7"
 _MARKERS = {1000: "o", 500: "s", 100: "^"}
 # Of the whole picture [in], and the panels' places in it.
 _WIDE = (9.0, 4.7), ((0.052, 0.21, 0.44, 0.68), (0.55, 0.21, 0.44, 0.68))
 _NARROW = (3.9, 8.2), ((0.115, 0.605, 0.86, 0.345), (0.115, 0.165, 0.86, 0.345))
 _CHART_DPI = 160
+# Panels of kinds beside each other, and of each [in]: width, height, and below all the legend.
+_KINDS_WIDE, _KINDS_NARROW = (2, 4.5, 3.1), (1, 3.9, 3.3)
+_KINDS_LEGEND = 0.75
 
 
 def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
@@ -43,22 +47,90 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
     size, places = _NARROW if narrow else _WIDE
     fig = Figure(figsize=size, dpi=_CHART_DPI)
     FigureCanvasAgg(fig)
-    drawn = {str(one): one for one in ESTIMATORS if one.shown}
-    rows = [row for row in rows if row.name in drawn]
-    marks = [drawn[row.name] for row in rows]
-    reactions, rates = (
-        [getattr(row, name) for row in rows] for name in ("reactions", "tilt_rate")
-    )
-    for place, title, errors, bound in (
-        (places[0], "Error of the reactions [% of their mean]",
-         [100 * error for error in reactions], 100 * limits.reactions),
-        (places[1], "Error of the tilt's rate [rad/s]", rates, limits.tilt_rate),
-    ):  # fmt: skip
+    rows = [row for row in rows if not _drawn(row).part] if narrow else rows
+    for place, title, panel in (
+        (places[0], "Error of the reactions [% of their mean]", _reactions(rows, limits)),
+        (places[1], "Error of the tilt's rate [rad/s]", _rates(rows, limits)),
+    ):
         axis = fig.add_axes(place)
         axis.set_title(title, loc="left", fontsize=10, weight="bold")
-        _panel(fig, axis, rows, marks, errors, bound, limits.whole)
+        _draw_panel(axis, panel, _around([panel]))
     _legend(fig, narrow)
     return fig
+
+
+def kinds_figure(found: dict[str, tuple[list[Overall], Limits]], narrow: bool = False) -> Figure:
+    """
+    Draw the error of the reactions in each kind of scene, on the same axes.
+
+    Parameters
+    ----------
+    found : dict of str to (list of study.chart.Overall, study.chart.Limits)
+        By kind; as for `figure`.
+    narrow : bool
+        Panels stand above each other.
+
+    """
+    columns, width, height = _KINDS_NARROW if narrow else _KINDS_WIDE
+    count = -(-len(found) // columns)
+    size = (columns * width, count * height + _KINDS_LEGEND)
+    fig = Figure(figsize=size, dpi=_CHART_DPI)
+    FigureCanvasAgg(fig)
+    panels = {kind: _reactions(*one) for kind, one in found.items()}
+    around = _around(list(panels.values()))
+    for k, (kind, panel) in enumerate(panels.items()):
+        row, column = divmod(k, columns)
+        axis = fig.add_axes(
+            (
+                (column * width + 0.42) / size[0],
+                1.0 - ((row + 1) * height - 0.45) / size[1],
+                (width - 0.5) / size[0],
+                (height - 0.8) / size[1],
+            )
+        )
+        axis.set_title(f"{kind}: reactions off [% of their mean]", loc="left", fontsize=9,
+                       weight="bold")  # fmt: skip
+        _draw_panel(axis, panel, around)
+    _legend(fig, narrow)
+    return fig
+
+
+class _Panel(NamedTuple):
+    # Rows that are drawn, with their errors; the bound on these, and the cost of the whole path.
+    rows: list[Overall]
+    errors: list[float]
+    bound: float
+    whole: float
+
+
+def _reactions(rows, limits):
+    shown = [row for row in rows if _drawn(row).shown and np.isfinite(row.reactions)]
+    return _Panel(
+        shown, [100 * row.reactions for row in shown], 100 * limits.reactions, limits.whole
+    )
+
+
+def _rates(rows, limits):
+    shown = [row for row in rows if _drawn(row).shown and np.isfinite(row.tilt_rate)]
+    return _Panel(shown, [row.tilt_rate for row in shown], limits.tilt_rate, limits.whole)
+
+
+_BY_NAME = {str(one): one for one in ESTIMATORS}
+
+
+def _drawn(row):
+    return _BY_NAME[row.name]
+
+
+def _around(panels):
+    """Return the limits of axes that hold all panels: of x, of y."""
+    cost = [row.per_ms() for panel in panels for row in panel.rows]
+    cost += [panel.whole for panel in panels]
+    error = [one for panel in panels for one in (*panel.errors, panel.bound)]
+    return (
+        (np.nanmin(cost) / 1.5, np.nanmax(cost) * 2.6),
+        (np.nanmin(error) / 1.5, np.nanmax(error) * 1.8),
+    )
 
 
 def _legend(fig, narrow):
@@ -73,31 +145,32 @@ def _legend(fig, narrow):
             [], [], color=_OTHER_COLOR, marker="o", linestyle="", markerfacecolor="white",
             label="hollow: its bounds do not hold, or it tells little",
         ),
+        Line2D(
+            [], [], color=_PART_COLOR, marker="D", markersize=4, linestyle="",
+            label="default with a part left out",
+        ),
         Line2D([], [], color=_FRONT_COLOR, linewidth=2, label="front: none is cheaper and better"),
     ]  # fmt: skip
     fig.legend(
-        handles=marks, loc="lower center", ncols=1 if narrow else len(marks), fontsize=8,
+        handles=marks, loc="lower center", ncols=1 if narrow else 3, fontsize=8,
         frameon=False, handletextpad=0.4, columnspacing=1.2, borderpad=0.0,
     )  # fmt: skip
 
 
-def _panel(fig, axis, rows, marks, errors, bound, limit):
-    known = [k for k, error in enumerate(errors) if np.isfinite(error)]
-    rows, marks = [rows[k] for k in known], [marks[k] for k in known]
-    cost, error = np.array([row.per_ms() for row in rows]), np.array(errors)[known]
-    sure = [k for k, row in enumerate(rows) if _keeps(row)]
-    most = np.nanmax([cost.max(), limit])
-    axis.set(xscale="log", yscale="log", xlim=(cost.min() / 1.5, most * 2.6))
-    axis.set_ylim(np.nanmin([error.min(), bound]) / 1.5, error.max() * 1.8)
+def _draw_panel(axis, panel, around):
+    marks = [_drawn(row) for row in panel.rows]
+    cost, error = np.array([row.per_ms() for row in panel.rows]), np.array(panel.errors)
+    sure = [k for k, row in enumerate(panel.rows) if keeps(row)]
+    axis.set(xscale="log", yscale="log", xlim=around[0], ylim=around[1])
     kept = [sure[k] for k in front(cost[sure], error[sure])]
     axis.step(cost[kept], error[kept], where="post", color=_FRONT_COLOR, linewidth=2, zorder=1)
     steps = list(zip(kept, kept[1:]))
     for k, one in enumerate(marks):
         default = one.name == DEFAULT.name
-        color = _DEFAULT_COLOR if default else _OTHER_COLOR
+        color = _DEFAULT_COLOR if default else _PART_COLOR if one.part else _OTHER_COLOR
         axis.plot(
-            cost[k], error[k], _MARKERS[one.rate], color=color, zorder=3,
-            markersize=10 if one == DEFAULT else 7 if default else 6,
+            cost[k], error[k], "D" if one.part else _MARKERS[one.rate], color=color, zorder=3,
+            markersize=10 if one == DEFAULT else 7 if default else 4 if one.part else 6,
             markerfacecolor=color if k in sure else "white",
         )  # fmt: skip
     for part in (axis.xaxis, axis.yaxis):
@@ -107,10 +180,11 @@ def _panel(fig, axis, rows, marks, errors, bound, limit):
     axis.tick_params(labelsize=8)
     axis.grid(alpha=0.2)
     axis.set_xlabel("computing time of the steps in a millisecond of motion [µs]", fontsize=8.5)
-    _lines(axis, bound, limit)
-    fig.canvas.draw()
+    _lines(axis, panel.bound, panel.whole)
+    axis.get_figure().canvas.draw()
     place_labels(
-        axis, list(zip(cost, error)), [_label(one) for one in marks], [8] * len(marks),
+        axis, list(zip(cost, error)), [_label(one) for one in marks],
+        [6.5 if one.part else 8 for one in marks],
         ["bold" if one == DEFAULT else "normal" for one in marks],
         radii=[6.0 if one == DEFAULT else 4.0 for one in marks],
         bars=[(cost[b], error[b], error[a]) for a, b in steps],
@@ -137,11 +211,3 @@ def _lines(axis, bound, limit):
             limit, 0.99, " whole path, 1 kHz", transform=axis.get_xaxis_transform(), fontsize=8,
             ha="left", va="top",
         )  # fmt: skip
-
-
-def _keeps(row):
-    """Return whether an estimator's word on its reactions counts."""
-    if np.isnan(row.reactions):
-        return not row.lost
-    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= OVERCONFIDENT_COVERAGE
-    return bool(sure) and not row.lost

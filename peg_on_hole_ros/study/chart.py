@@ -1,26 +1,25 @@
-"""What is charted: the default and common methods, at three rates, over many motions."""
+"""What is charted: how far off estimators are, and what they cost, for each kind of scene."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration, FilterOptions
-from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import dde_driven
-from peg_on_hole_ros.estimator.methods.method import Method, of_settings
-from peg_on_hole_ros.estimator.methods.registry import METHODS, make_filter
-from peg_on_hole_ros.estimator.offset_uncertainty import OffsetUncertainty
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.bare_balance import bare_balance
 from peg_on_hole_ros.study.cost_floor import noted, taken_anew
+from peg_on_hole_ros.study.estimators import DEFAULT, ESTIMATORS, Estimator
 from peg_on_hole_ros.study.runs import Errors, Track, always_in_contact, errors, run, thinned
-from peg_on_hole_ros.study.scenes import bound_along, least_errors
-from peg_on_hole_ros.study.smoothed import make_smoothed
+from peg_on_hole_ros.study.scenes import (
+    KINDS,
+    Case,
+    Least,
+    bound_along,
+    least_errors,
+    measured,
+)
 
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
 WARM = 150
@@ -28,95 +27,34 @@ WARM = 150
 OVERCONFIDENT_COVERAGE = 0.9
 # Of the samples; an estimator that determines less tells nothing.
 LEAST_DETERMINED = 0.5
-# Thousands of times what one wrench tells of an acceleration [rad/s^2].
-DDE_LEVEL = 1e5
-
-
+# A slower wrench is one of those that come with an orientation [ns].
+JOINT_PERIOD_NS = 2_000_000
 # How often the steps of a motion are taken, to tell how far their times spread.
 STEP_TURNS = 7
 
 
-class Estimator(NamedTuple):
-    """
-    A row of the chart's table.
-
-    Attributes
-    ----------
-    name : str
-        Of `filter.method`, where it is one.
-    rate : int
-        Wrenches that it is given [Hz], and as many orientations, at most 500.
-    method : Method or None
-        None: the bare balance, which is no estimator of the pipeline.
-    shown : bool
-        It is a point of the picture.
-
-    """
-
-    name: str
-    rate: int
-    method: Method | None
-    shown: bool = True
-
-    def __str__(self) -> str:
-        """Return what it is called in tables."""
-        return f"{self.name}, {'1 kHz' if self.rate == 1000 else f'{self.rate} Hz'}"
-
-
-def by_method(
-    method: str,
-    scene: Scene,
-    options: FilterOptions,
-    wrench_noise: np.ndarray,
-    offsets: OffsetUncertainty | None = None,
-) -> ContactFilter:
-    """Return the estimator of a method, whatever the options name."""
-    return make_filter(scene, replace(options, method=method), wrench_noise, offsets)
-
-
-# The estimator in which the wrench alone drives the motion. With the level of the method, 1e6,
-# rates are lost before the first wrench is used.
-DDE_DRIVEN = of_settings(dde_driven.SETTINGS | {"mode_stddev": (DDE_LEVEL,)})
-WRENCH_RATES = (1000, 500, 100)
-DEFAULT = Estimator("mixture", WRENCH_RATES[0], METHODS["mixture"])
-BARE = "bare balance"
-_OTHERS: dict[str, Method | None] = {
-    **{name: method for name, method in METHODS.items() if name != DEFAULT.name},
-    "dde_driven": DDE_DRIVEN,
-    "smoother": Method(make_smoothed),
-    BARE: None,
-}
-# The smoother has no step to be a point, and the others are no more than one point among them.
-_NOT_SHOWN = ("quasi_static", "particles_100", "smoother")
-# Of the others the fastest alone is drawn.
-ESTIMATORS = (
-    *(DEFAULT._replace(rate=rate) for rate in WRENCH_RATES),
-    *(
-        Estimator(name, rate, method, rate == WRENCH_RATES[0] and name not in _NOT_SHOWN)
-        for name, method in _OTHERS.items()
-        for rate in WRENCH_RATES
-    ),
-)
-
-
 # No estimator: the bound on the errors of all.
 BOUND = "bound, 1 kHz"
+# Kinds of scene that stand for themselves alone.
+OWN_ROWS = ("begins fast", "in the hole")
 
 
 class ChartScore(NamedTuple):
     """
-    One estimator over one motion, median over the seeds.
+    One estimator over one motion.
 
     Attributes
     ----------
-    case, name : str
-        Of the motion and of the estimator.
+    kind, case, name : str
     reactions : float
-        Root mean square of the error over the mean reaction; NaN where none are told.
+        Root mean square of the error over the mean reaction, median over seeds; the seeds of a
+        slower wrench begin at other samples.
+    reactions_low, reactions_high : float
+        Least and largest of the seeds.
     tilt_rate : float
-        Of gamma' [rad/s].
+        Root mean square of gamma' [rad/s], median over seeds.
     reactions_inside : float
-        Least share of a determined reaction within the stated 95 %.
+        Least share of a reaction within the stated 95 %, where it is determined.
     determined : float
         Share of samples.
     lost : float
@@ -132,9 +70,12 @@ class ChartScore(NamedTuple):
 
     """
 
+    kind: str
     case: str
     name: str
     reactions: float
+    reactions_low: float
+    reactions_high: float
     tilt_rate: float
     reactions_inside: float
     determined: float
@@ -147,47 +88,52 @@ class ChartScore(NamedTuple):
 
 def scores(
     chosen: Sequence[Estimator],
-    case: str,
+    case: Case,
     truth: Truth,
-    seeds: Iterable[int],
+    seeds: Sequence[int],
     clock: Callable[[], float],
 ) -> list[ChartScore]:
     """
     Return the ChartScore of each estimator over one motion.
 
     They are told that the peg is on three contacts, so that none is scored for when it believes
-    it. They take turns, so that what slows the machine for a while slows all of them.
+    it; in the hole they judge, and those that cannot are NaN. They take turns, so that what slows
+    the machine for a while slows all of them.
 
     Parameters
     ----------
     chosen : sequence of Estimator
         The first is what the others' times are compared with.
-    case : str
+    case : Case
     truth : Truth
         With wrenches at 1 kHz.
-    seeds : iterable of int
+    seeds : sequence of int
         Of the sensors' noise.
     clock : callable
         Returns a time [s].
 
     """
     judged = truth.plan.configuration
-    configuration = always_in_contact(judged)
+    configuration = always_in_contact(judged) if case.told else judged
     found: list[list[Errors]] = [[] for _ in chosen]
     spent: list[list[float]] = [[] for _ in chosen]
     bare: list[list[float]] = [[] for _ in chosen]
     steps: list[list[float]] = [[] for _ in chosen]
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
-    run(judged, list(measure(truth, 0))[:WARM], clock)
+    run(judged, measured(case, truth, 0)[:WARM], clock)
     for turn, seed in enumerate(seeds):
-        samples = list(measure(truth, seed))
+        samples = measured(case, truth, seed)
         whole = run(judged, samples, clock)
         # Of a wrench [s].
         judging = whole.seconds / len(whole.t_ns)
         if turn == 0:
             steps = step_times(chosen, configuration, samples, clock)
         for estimator, own, seconds, balance in zip(chosen, found, spent, bare):
-            given = thinned(samples, 10**9 // estimator.rate)
+            if not (case.told or estimator.judges):
+                seconds.append(float("nan"))
+                continue
+            period = 10**9 // estimator.rate
+            given = thinned(samples, period, _begin(turn / len(seeds), period))
             if turn == 0:
                 _track(estimator, configuration, given[:WARM], clock)
             track = _track(estimator, configuration, given, clock)
@@ -199,20 +145,37 @@ def scores(
             if estimator is chosen[0]:
                 judging -= track.seconds / len(track.t_ns)
             # Noise of the clock may leave less than nothing of it.
-            total = track.seconds + max(judging, 0.0) * len(track.t_ns)
+            total = track.seconds + (max(judging, 0.0) * len(track.t_ns) if case.told else 0.0)
             seconds.append(1e6 * total / duration_ms)
     usual = float(np.median(spent[0]))
     return [
         ChartScore(  # type: ignore[call-arg]
-            case, str(estimator),
+            _kind_of(case), case.name, str(estimator),
+            *_about([e.reactions for e in own]),
             *(_median([getattr(e, name) for e in own]) for name in
-              ("reactions", "tilt_rate", "reactions_inside", "determined")),
-            sum(e.lost for e in own) / len(own),
-            *_spread(step or balance),
+              ("tilt_rate", "reactions_inside", "determined")),
+            sum(e.lost for e in own) / max(len(own), 1),
+            *_quartiles(step or balance),
             usual * float(np.median(np.divide(seconds, spent[0]))),
         )
         for estimator, own, seconds, step, balance in zip(chosen, found, spent, steps, bare)
     ]  # fmt: skip
+
+
+def _kind_of(case):
+    return next((kind for kind, cases in KINDS.items() if case in cases), "")
+
+
+def _begin(share, period_ns):
+    """Return where sampling begins [ns]: a share of a period, at an orientation."""
+    return int(share * period_ns) // JOINT_PERIOD_NS * JOINT_PERIOD_NS
+
+
+def _about(values):
+    known = [value for value in values if not np.isnan(value)]
+    if not known:
+        return (float("nan"),) * 3
+    return _median(known), min(known), max(known)
 
 
 def _track(
@@ -264,7 +227,7 @@ def step_times(
     return found
 
 
-def _spread(values: Sequence[float]) -> tuple[float, float, float]:
+def _quartiles(values: Sequence[float]) -> tuple[float, float, float]:
     """Return median and quartiles; NaN of none."""
     if not values:
         return (float("nan"),) * 3
@@ -272,11 +235,15 @@ def _spread(values: Sequence[float]) -> tuple[float, float, float]:
     return middle, low, high
 
 
-def bound_score(case: str, truth: Truth) -> ChartScore:
+def bound_score(case: Case, truth: Truth) -> ChartScore:
     """Return the least errors of any estimator at 1 kHz over a motion; NaN: no bound is sound."""
-    least = least_errors(truth, bound_along(truth))
     nothing = float("nan")
-    return ChartScore(case, BOUND, *least, *(nothing,) * 2, 0.0, *(nothing,) * 4)
+    # It is one of three contacts, of which one is told.
+    least = least_errors(truth, bound_along(truth)) if case.told else Least(nothing, nothing)
+    return ChartScore(
+        _kind_of(case), case.name, BOUND, least.reactions, nothing, nothing, least.tilt_rate,
+        nothing, nothing, 0.0, *(nothing,) * 4,
+    )  # fmt: skip
 
 
 def _median(values):
@@ -287,22 +254,26 @@ def _median(values):
 
 class Overall(NamedTuple):
     """
-    One estimator over all motions.
+    One estimator over several motions.
 
     Attributes
     ----------
     name : str
-    reactions, tilt_rate : float
+    reactions, reactions_low, reactions_high, tilt_rate : float
         Geometric mean over the motions.
-    reactions_inside, determined, step, step_low, step_high, whole : float
-        Median of the motions.
+    reactions_inside, determined : float
+        Mean over the motions.
     lost : float
         Share of all runs.
+    step, step_low, step_high, whole : float
+        Median of the motions.
 
     """
 
     name: str
     reactions: float
+    reactions_low: float
+    reactions_high: float
     tilt_rate: float
     reactions_inside: float
     determined: float
@@ -318,17 +289,17 @@ class Overall(NamedTuple):
         return self.step * rates.get(self.name, 1000) / 1000
 
 
-def overall(found: list[ChartScore]) -> list[Overall]:
-    """Return each estimator over all motions."""
+def over_motions(found: Sequence[ChartScore]) -> list[Overall]:
+    """Return each estimator over all motions of some scores."""
     rows = []
     for name in dict.fromkeys(score.name for score in found):
         own = [score for score in found if score.name == name]
+        errors = ("reactions", "reactions_low", "reactions_high", "tilt_rate")
         rows.append(
             Overall(  # type: ignore[call-arg]
                 name,
-                *(geometric_mean([getattr(s, part) for s in own])
-                  for part in ("reactions", "tilt_rate")),
-                *(_median([getattr(s, part) for s in own])
+                *(geometric_mean([getattr(s, part) for s in own]) for part in errors),
+                *(_mean([getattr(s, part) for s in own])
                   for part in ("reactions_inside", "determined")),
                 float(np.mean([s.lost for s in own])),
                 *(_median([getattr(s, part) for s in own])
@@ -336,6 +307,40 @@ def overall(found: list[ChartScore]) -> list[Overall]:
             )
         )  # fmt: skip
     return rows
+
+
+def of_kinds(found: Sequence[ChartScore]) -> dict[str, list[Overall]]:
+    """Return each estimator over the motions of each kind of scene."""
+    return {
+        kind: over_motions([score for score in found if score.kind == kind])
+        for kind in dict.fromkeys(score.kind for score in found)
+    }
+
+
+def overall(found: Sequence[ChartScore]) -> list[Overall]:
+    """
+    Return each estimator over all kinds in which all are compared, each kind for the same.
+
+    Left out are those of OWN_ROWS: a start that no method has a prior for, and the hole, where
+    some cannot judge.
+    """
+    compared = [
+        score
+        for kind, rows in of_kinds(found).items()
+        if kind not in OWN_ROWS
+        for score in (_as_score(kind, row) for row in rows)
+    ]
+    return over_motions(compared or found)
+
+
+def _as_score(kind, row):
+    return ChartScore(kind, "", *row)
+
+
+def _mean(values):
+    """Return the mean of what is a number; NaN of none."""
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else float("nan")
 
 
 class Limits(NamedTuple):
@@ -363,6 +368,12 @@ def limits(found: list[Overall]) -> tuple[list[Overall], Limits]:
     bound = named.pop(BOUND)
     own = Limits(bound.reactions, bound.tilt_rate, named[str(DEFAULT)].whole)
     return list(named.values()), own
+
+
+def keeps(row: Overall) -> bool:
+    """Return whether an estimator's word on its reactions counts."""
+    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= OVERCONFIDENT_COVERAGE
+    return bool(sure) and not row.lost
 
 
 def geometric_mean(values: Iterable[float]) -> float:

@@ -1,6 +1,7 @@
 """What a method's compiled step costs by itself: all steps in one compiled loop, as in C."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,6 +113,48 @@ def taken_anew(
     _all_steps(peg.memory, gates, calls)
     seconds = clock() - begun
     return peg, seconds / max(int(np.count_nonzero(calls[:, 0] == _WEIGH)), 1)
+
+
+class CostPiece(NamedTuple):
+    """What the steps of a wrench cost in a piece of a motion: its begin [s], and [us]."""
+
+    t: float
+    step: float
+
+
+def cost_along(
+    noted: Noted, settings: Settings, clock: Callable[[], float], piece: float, turns: int
+) -> list[CostPiece]:
+    """
+    Take all steps anew, piece by piece; return what a wrench costs in each, median of turns.
+
+    Parameters
+    ----------
+    noted : Noted
+    settings : Settings
+    clock : callable
+        Returns a time [s].
+    piece : float
+        [s]
+    turns : int
+
+    """
+    calls = np.array(noted.calls)
+    t = np.cumsum(np.where(calls[:, 0] == _PREDICT, calls[:, 1], 0.0))
+    edges = np.searchsorted(t, np.arange(0.0, t[-1] + piece, piece))
+    spans = [(begin, end) for begin, end in zip(edges, [*edges[1:], len(t)]) if begin < end]
+    spent = np.empty((turns, len(spans)))
+    for turn in range(turns):
+        peg = ContactFilter(*noted.arguments[:4], settings)
+        for k, (begin, end) in enumerate(spans):
+            begun = clock()
+            _all_steps(peg.memory, peg.gates, calls[begin:end])
+            spent[turn, k] = clock() - begun
+    wrenches = [max(int((calls[begin:end, 0] == _PREDICT).sum()), 1) for begin, end in spans]
+    return [
+        CostPiece(float(t[begin]), float(1e6 * seconds / count))
+        for (begin, _), seconds, count in zip(spans, np.median(spent, axis=0), wrenches)
+    ]
 
 
 @compiled

@@ -19,6 +19,8 @@ SETTLE_NS = 50_000_000
 # An orientation further off at the end than so many standard deviations of a measured one.
 LOST_STDDEVS = 10.0
 INSIDE_STDDEVS = 1.959964
+# A peg in the hole that goes in faster slides [m/s].
+SLIDES = 5e-4
 
 
 class Track(NamedTuple):
@@ -35,6 +37,8 @@ class Track(NamedTuple):
         Reactions are declared determined.
     seconds : float
         Computing time.
+    flag_ns : int or None
+        When the transition was told first, as `t_ns`; None: never.
 
     """
 
@@ -43,6 +47,7 @@ class Track(NamedTuple):
     stddev: np.ndarray
     determined: np.ndarray
     seconds: float
+    flag_ns: int | None = None
 
 
 class Errors(NamedTuple):
@@ -72,9 +77,10 @@ class Errors(NamedTuple):
     lost: bool
 
 
-def thinned(samples: Iterable, period_ns: int) -> list:
-    """Return the samples whose stamps are multiples of a period from the begin on [ns]."""
-    return [sample for sample in samples if (sample.t_ns - START_NS) % period_ns == 0]
+def thinned(samples: Iterable, period_ns: int, begin_ns: int = 0) -> list:
+    """Return the samples a period apart, from so long after the begin on [ns]."""
+    since = [(sample.t_ns - START_NS - begin_ns, sample) for sample in samples]
+    return [sample for t_ns, sample in since if t_ns >= 0 and t_ns % period_ns == 0]
 
 
 def always_in_contact(configuration: Configuration) -> Configuration:
@@ -116,31 +122,95 @@ def run(configuration: Configuration, samples: Sequence, clock: Callable[[], flo
     if smoothed is not None:
         _, at, _ = np.intersect1d(smoothed[0], t_ns, return_indices=True)
         values, stddev = smoothed[1][at], smoothed[2][at]
-    return Track(t_ns - START_NS, values, stddev, determined, seconds)
+    told = (outputs.t_ns for outputs in rows if outputs.transition)
+    flag = next(told, None)
+    return Track(
+        t_ns - START_NS, values, stddev, determined, seconds,
+        None if flag is None else flag - START_NS,
+    )  # fmt: skip
+
+
+class Compared(NamedTuple):
+    """
+    A track beside the truth, where it counts.
+
+    Attributes
+    ----------
+    error, stddev : ndarray, shape (n, 9), in the hole (n, 8)
+        Of angles, rates, reactions.
+    determined : ndarray of bool, shape (n,)
+    share : float
+        Of the samples that could count, those whose reactions are determined.
+    load : float
+        Mean true reaction [N].
+    lost : bool
+        The orientation ends LOST_STDDEVS deviations off.
+
+    """
+
+    error: np.ndarray
+    stddev: np.ndarray
+    determined: np.ndarray
+    share: float
+    load: float
+    lost: bool
+
+
+def compared(truth: Truth, track: Track) -> Compared | None:
+    """
+    Return a track beside a truth whose samples hold all its stamps; None: it says nothing.
+
+    Of a peg in the hole what counts is its slide on two points, K and the wall, where that is
+    told: where it is not, there are no reactions to be off.
+    """
+    rows = np.searchsorted(truth.t_ns, track.t_ns)
+    true = np.hstack([truth.q, truth.rates, truth.normal])[rows]
+    values, stddev, told = track.values, track.stddev, track.t_ns >= SETTLE_NS
+    counted = told
+    in_hole = not (truth.mode == "three_point").all()
+    if in_hole:
+        slides = (truth.mode == "two_point") & (np.abs(truth.place_rate[:, 2]) > SLIDES)
+        told = told & slides[rows]
+        counted = told & track.determined & np.isfinite(stddev[:, 6:]).all(axis=1)
+        true, values, stddev = (_on_walls(each) for each in (true, values, stddev))
+    if not told.any():
+        return None
+    error = values - true
+    error[:, 1:3] -= 2 * np.pi * np.round(error[:, 1:3] / (2 * np.pi))
+    share = counted.sum() / told.sum() if in_hole else track.determined[told].mean()
+    return Compared(
+        error[counted], stddev[counted], track.determined[counted], float(share),
+        float(true[told, 6:].mean()), bool(_off(truth, rows[-1], error[-1]) > LOST_STDDEVS),
+    )  # fmt: skip
 
 
 def errors(truth: Truth, track: Track) -> Errors:
-    """Return how far off a track is from a truth whose samples hold all its stamps."""
-    rows = np.searchsorted(truth.t_ns, track.t_ns)
-    error = track.values - np.hstack([truth.q, truth.rates, truth.normal])[rows]
-    error[:, 1:3] -= 2 * np.pi * np.round(error[:, 1:3] / (2 * np.pi))
-    told = track.t_ns >= SETTLE_NS
-    error, stddev, determined = error[told], track.stddev[told], track.determined[told]
-    if not len(error):
+    """Return how far off a track is from a truth; see `compared`."""
+    found = compared(truth, track)
+    if found is None:
         return Errors(np.inf, np.inf, 0.0, 0.0, 0.0, True)
+    nothing = float("nan")
+    error = found.error
+    if not len(error):
+        return Errors(nothing, nothing, nothing, nothing, 0.0, False)
     # A NaN of what is told is no answer; one of what is not is left out.
     reacts = np.isfinite(error[:, 6:]).any()
-    finite = bool(np.isfinite(error[:, : 9 if reacts else 6]).all())
-    inside = np.abs(error) <= INSIDE_STDDEVS * stddev
-    known = inside[determined, 6:]
+    finite = bool(np.isfinite(error if reacts else error[:, :6]).all())
+    inside = np.abs(error) <= INSIDE_STDDEVS * found.stddev
+    known = inside[found.determined, 6:]
     return Errors(
-        _rms(error[:, 6:]) / float(truth.normal.mean()) if reacts else float("nan"),
+        _rms(error[:, 6:]) / found.load if reacts else nothing,
         _rms(error[:, 3]),
         float(inside[:, :6].mean(axis=0).min()),
-        float(known.mean(axis=0).min()) if reacts and len(known) else float("nan"),
-        float(determined.mean()) if reacts else float("nan"),
-        not finite or _off(truth, rows[-1], error[-1]) > LOST_STDDEVS,
+        float(known.mean(axis=0).min()) if reacts and len(known) else nothing,
+        found.share if reacts else nothing,
+        not finite or found.lost,
     )
+
+
+def _on_walls(values):
+    """Return values with one load of the edge in place of B1 and B2, which are halves of it."""
+    return np.column_stack([values[:, :7], values[:, 7:].sum(axis=1)])
 
 
 def _off(truth, row, error):

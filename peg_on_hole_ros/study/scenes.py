@@ -1,4 +1,4 @@
-"""Motions on three contacts that methods are compared on, and what the sensors say of them."""
+"""Motions that methods are compared on, by kind of scene, and what the sensors say of them."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -8,7 +8,9 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.sim.measure import measure, measured_angles
+from peg_on_hole_ros.sim.plan import Holder, plan_from_tree
 from peg_on_hole_ros.sim.truth import Truth, integrate
 from peg_on_hole_ros.study.bound import (
     Bound,
@@ -23,7 +25,7 @@ from peg_on_hole_ros.study.bound import (
 LEAD_IN = 0.05
 # Accelerations of the calmest holder, as of the default's lowest level [rad/s^2], [s].
 CALMEST, FADES = 3.0, 0.05
-# Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
+# Rates at the ends of legs of LEG [s]; tilt over gamma0 at the end, and start offset [m].
 _MOTIONS: dict[str, Any] = {
     "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
     "closing without slip": (1.25, (-0.0005, 0.0, -0.001), [(-0.16, 0, 0)] * 4),
@@ -34,20 +36,35 @@ _MOTIONS: dict[str, Any] = {
     ),
 }
 LEG = 0.15
-MOTION_NAMES = tuple(_MOTIONS)
+MOTION_NAMES = (*_MOTIONS, "in the hole")
+# Of the hole that the holder's stiffness is that of [m].
+_USUAL_HOLE = 0.05
+# Waves of three gears along the motion [Hz]: two a turn of a fast shaft, at some 0.05 rad/s.
+# Commanded in the hole, of the tilt that the play leaves: the holder bends by the rest.
+_FORCED = 2.0
+_WAVES = (1.3, 2.9, 4.7)
 
 
 class Case(NamedTuple):
     """
-    A motion in a scene that differs from the configuration's by factors.
+    A motion in a scene that differs from the configuration's, most of it by factors.
 
     Attributes
     ----------
     name : str
     motion : str
         Of MOTION_NAMES.
-    clearance, friction, speed, noise : float
-        Factors of the clearance, the friction coefficient, the rates and all sensors' noise.
+    clearance, friction, speed : float
+        Factors of the clearance, the friction coefficient and the rates.
+    size, lever, press : float
+        Factors of the parts, of the sensor's distance from the peg's end over theirs, and of how
+        far the holder presses; the clearance keeps its share of the diameter.
+    wrench_noise, joint_noise : float
+        Factors of the sensors' noise.
+    gears : float
+        By how much each of three gears turns the orientation to and fro along its motion [rad].
+    frictions : tuple of float
+        True friction during each leg, over the stated one; empty: as stated.
 
     """
 
@@ -56,61 +73,171 @@ class Case(NamedTuple):
     clearance: float = 1.0
     friction: float = 1.0
     speed: float = 1.0
-    noise: float = 1.0
+    size: float = 1.0
+    lever: float = 1.0
+    press: float = 1.0
+    wrench_noise: float = 1.0
+    joint_noise: float = 1.0
+    gears: float = 0.0
+    frictions: tuple[float, ...] = ()
+
+    @property
+    def told(self) -> bool:
+        """Whether an estimator is told that the peg is on three contacts; else it judges."""
+        return self.motion != "in the hole"
 
 
-CASES = (
-    *(Case(name, name) for name in MOTION_NAMES),
-    Case("slow", "closing with slip", speed=1 / 16),
-    Case("fast", "closing with slip", speed=4.0),
-    Case("narrow", "closing with slip", clearance=0.2),
-    Case("wide", "closing with slip", clearance=5.0),
-    Case("slippery", "closing with slip", friction=0.25),
-    Case("rough", "closing with slip", friction=2.5),
-    Case("noisy", "closing with slip", noise=5.0),
-    Case("quiet", "closing without slip", noise=0.2),
-    Case("wide, reversals", "reversals", clearance=5.0),
-)
+_SLIP, _STRAIGHT, _TURNS, _HOLE = MOTION_NAMES
+# A peg of 8 mm 0.22 m below the sensor; an arm with gears, and a friction that is none stated.
+_SMALL = Case("small peg", _SLIP, size=0.16, lever=20.0, press=0.5)
+_ROBOT = Case(
+    "robot cell", _SLIP, speed=1 / 4, wrench_noise=7.5, joint_noise=2.0, gears=2e-4,
+    frictions=(1.2, 1.2, 1.2),
+)  # fmt: skip
+# What is charted by itself: a cell has one of these, and methods differ from one to the next.
+KINDS: dict[str, tuple[Case, ...]] = {
+    "closing": (
+        Case("closing with slip", _SLIP),
+        Case("closing without slip", _STRAIGHT),
+        Case("narrow", _SLIP, clearance=0.2),
+        Case("wide", _SLIP, clearance=5.0),
+        Case("slippery", _SLIP, friction=0.25),
+        Case("rough", _SLIP, friction=2.5),
+        Case("noisy", _SLIP, wrench_noise=5.0, joint_noise=5.0),
+    ),
+    "slow closing": (
+        Case("slow with slip", _SLIP, speed=1 / 16),
+        Case("slow without slip", _STRAIGHT, speed=1 / 16),
+    ),
+    "reversals": (
+        Case("reversals", _TURNS),
+        Case("reversals, wide", _TURNS, clearance=5.0),
+        Case("reversals, slow", _TURNS, speed=1 / 4),
+    ),
+    "begins fast": (Case("fast", _SLIP, speed=4.0),),
+    "small peg, long lever": (
+        _SMALL,
+        _SMALL._replace(name="small peg, reversals", motion=_TURNS, speed=0.5),
+    ),
+    "robot cell": (
+        _ROBOT,
+        _ROBOT._replace(name="robot cell, reversals", motion=_TURNS),
+    ),
+    "in the hole": (
+        Case("in the hole", _HOLE),
+        Case("in the hole, narrow", _HOLE, clearance=0.5),
+    ),
+    "changing friction": (
+        Case("friction steps up", _SLIP, frictions=(1.0, 1.0, 1.5)),
+        Case(
+            "friction steps down",
+            _SLIP,
+            speed=1 / 4,
+            frictions=(1.0, 0.75, 0.75),
+        ),
+    ),
+}
+CASES = tuple(case for cases in KINDS.values() for case in cases)
 
 
 def case_configuration(case: Case, configuration: Configuration) -> Configuration:
     """Return the configuration of a case: what is there, and what the estimator is told."""
     scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
-    clearance = (scene.hole_diameter - scene.peg_diameter) * case.clearance
+    D = scene.hole_diameter * case.size
+    clearance = (scene.hole_diameter - scene.peg_diameter) * case.clearance * case.size
+    x, y, z = (part * case.size * case.lever for part in wrench.sensor_xyz)
     return replace(
         configuration,
         scene=replace(
             scene,
-            peg_diameter=scene.hole_diameter - clearance,
+            hole_diameter=D,
+            peg_diameter=D - clearance,
+            peg_height=scene.peg_height * case.size,
+            mass_center_height=scene.mass_center_height * case.size,
+            transverse_inertia=scene.transverse_inertia * case.size**2,
+            axial_inertia=scene.axial_inertia * case.size**2,
             friction=scene.friction * case.friction,
         ),
         wrench=replace(
             wrench,
-            force_stddev=wrench.force_stddev * case.noise,
-            torque_stddev=wrench.torque_stddev * case.noise,
+            sensor_xyz=(x, y, z),
+            force_stddev=wrench.force_stddev * case.wrench_noise,
+            torque_stddev=wrench.torque_stddev * case.wrench_noise,
         ),
-        joints=replace(joints, position_stddev=joints.position_stddev * case.noise),
+        joints=replace(joints, position_stddev=joints.position_stddev * case.joint_noise),
     )
 
 
 def truth_of(case: Case, configuration: Configuration) -> Truth:
-    """Return the motion of a case, as long as it keeps three contacts."""
+    """Return the motion of a case, as long as it keeps three contacts; in the hole all of it."""
     configuration = case_configuration(case, configuration)
+    holder = {"rotational_stiffness": Holder.rotational_stiffness * case.size**2}
+    if case.motion == "in the hole":
+        return integrate(
+            plan_from_tree(configuration, _into_the_hole(configuration.scene, holder))
+        )
     end, offset, rates = _MOTIONS[case.motion]
     rates = [[case.speed * float(value) for value in rate] for rate in rates]
     travel = LEG * sum((a[0] + b[0]) / 2 for a, b in zip(rates, rates[1:]))
     start = end * configuration.scene.gamma0 - travel - LEAD_IN * rates[0][0]
-    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": rates[0]}}
-    for i, rate in enumerate(rates[1:]):
-        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": rate}
+    contact: dict[str, Any] = {"kind": "contact", "duration": LEG}
+    phases = {f"leg{i}": {**contact, "rates": rate} for i, rate in enumerate(rates[1:])}
+    phases = {"lead": {**contact, "duration": LEAD_IN, "rates": rates[0]}, **phases}
+    for phase, factor in zip(phases.values(), (*case.frictions[:1], *case.frictions)):
+        phase["friction"] = configuration.scene.friction * factor
     tree = {
         "lead_in": LEAD_IN,
-        "start": {"angles": [start, 0.0, 0.0], "rates": rates[0], "offset": list(offset)},
+        "holder": holder,
+        "start": {
+            "angles": [start, 0.0, 0.0],
+            "rates": rates[0],
+            "offset": [case.press * part for part in offset],
+        },
         "phases": phases,
     }
     truth = integrate(plan_from_tree(configuration, tree))
     good = (truth.mode == "three_point") & truth.known
     return first_samples(truth, len(good) if good.all() else int(np.argmin(good)))
+
+
+def _into_the_hole(scene, holder):
+    """Return a plan that sets the peg down with a twist and slides on, forced to the walls."""
+    D, clearance = scene.hole_diameter, scene.hole_diameter - scene.peg_diameter
+    insert = {"kind": "insert", "rates": [0.0, 0.0, 0.0]}
+
+    def at(depth):
+        return {"angles": [_FORCED * clearance / (depth * D), 0.0, 0.0], "depth": depth * D}
+
+    return {
+        "lead_in": LEAD_IN,
+        "holder": {"stiffness": 1e4, **holder, "rotational_stiffness": 80.0},
+        "start": {
+            "angles": [scene.gamma0 + 0.03, 0.0, 0.0],
+            "rates": [-0.2, 0.0, 1.5],
+            "offset": [0.0, 0.0, -1e-3],
+        },
+        "phases": {
+            "close": {"kind": "insert", "duration": 0.1, "rates": [-0.2, 0.0, 1.5]},
+            "through": {**insert, "duration": 0.2, **at(0.2)},
+            "go_in": {**insert, "duration": 0.4, **at(0.45), "depth_rate": 0.03},
+            "down": {**insert, "duration": 0.4, **at(0.85)},
+        },
+    }
+
+
+def measured(case: Case, truth: Truth, seed: int) -> list[WrenchSample | JointSample]:
+    """Return what the sensors say of a truth, with noise of a seed and the case's gears."""
+    samples = list(measure(truth, seed))
+    if case.gears == 0.0:
+        return samples
+    phase = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi, 3)
+    joints = {k: sample for k, sample in enumerate(samples) if isinstance(sample, JointSample)}
+    t = np.array([sample.t_ns for sample in joints.values()]) * 1e-9
+    turned = case.gears * np.sin(2.0 * np.pi * np.outer(t, _WAVES) + phase)
+    angles = measured_angles(np.array([sample.position for sample in joints.values()]), turned)
+    for k, row in zip(joints, angles):
+        samples[k] = JointSample(samples[k].t_ns, joints[k].names, tuple(row.tolist()))
+    return samples
 
 
 def first_samples(truth: Truth, count: int) -> Truth:

@@ -13,7 +13,8 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.truth import Truth, integrate
-from peg_on_hole_ros.study.chart import DDE_DRIVEN, LEAST_DETERMINED, by_method
+from peg_on_hole_ros.study.chart import LEAST_DETERMINED
+from peg_on_hole_ros.study.estimators import DDE_DRIVEN, by_method
 from peg_on_hole_ros.study.runs import always_in_contact, errors, run
 from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
 

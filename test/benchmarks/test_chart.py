@@ -13,10 +13,12 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import closed_forms, small_forms
+from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study import chart, cost_floor, runs, scenes
 from peg_on_hole_ros.study.bare_balance import bare_balance
 from peg_on_hole_ros.study.bound import Meaning
+from peg_on_hole_ros.study.estimators import BARE, DEFAULT, ESTIMATORS, PARTS
 
 pytest.importorskip("matplotlib.figure")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
@@ -43,27 +45,83 @@ def rows(path):
 
 
 def named(name, rate=1000):
-    return next(e for e in chart.ESTIMATORS if e.name == name and e.rate == rate)
+    return next(e for e in ESTIMATORS if e.name == name and e.rate == rate)
 
 
 def scored(motion, *chosen, seeds=(1,)):
-    return chart.scores(chosen, "a", motion, seeds, clock)
+    return chart.scores(chosen, scenes.CASES[0], motion, seeds, clock)
 
 
-def test_no_more_than_twelve_points_and_each_row_its_own():
-    names = [str(estimator) for estimator in chart.ESTIMATORS]
+def test_no_more_than_sixteen_points_and_each_row_its_own():
+    names = [str(estimator) for estimator in ESTIMATORS]
     assert len(names) == len(set(names))
-    shown = [estimator for estimator in chart.ESTIMATORS if estimator.shown]
-    assert len(shown) <= 12 and shown[0] == chart.DEFAULT
-    # Every method has a row at each rate, the default a point at each.
-    assert len(names) == 3 * len({estimator.name for estimator in chart.ESTIMATORS})
-    assert [one.rate for one in shown if one.name == chart.DEFAULT.name] == [1000, 500, 100]
+    shown = [estimator for estimator in ESTIMATORS if estimator.shown]
+    assert len(shown) <= 16 and shown[0] == DEFAULT
+    # Every method has a row at each rate, the default a point at each; a part is left out once.
+    others = [estimator for estimator in ESTIMATORS if not estimator.part]
+    assert len(others) == 3 * len({estimator.name for estimator in others})
+    assert [one.rate for one in shown if one.name == DEFAULT.name] == [1000, 500, 100]
+    assert {one.name for one in ESTIMATORS if one.part} == set(PARTS)
+
+
+def test_every_kind_of_scene_has_its_motion():
+    """Those on three contacts keep them to the end, and the others slide on two."""
+    for cases in scenes.KINDS.values():
+        truth = scenes.truth_of(cases[0], Configuration())
+        assert len(truth.t_ns) > 400
+        if cases[0].told:
+            assert (truth.mode == "three_point").all() and (truth.normal > 0).all()
+        else:
+            slides = (truth.mode == "two_point") & (truth.place_rate[:, 2] > runs.SLIDES)
+            assert slides.sum() > 500
+
+
+def test_gears_turn_what_the_joints_say_and_nothing_else():
+    case = scenes.KINDS["robot cell"][0]
+    truth = scenes.truth_of(case, Configuration())
+    bent, straight = scenes.measured(case, truth, 1), list(measure(truth, 1))
+    off = []
+    for one, other in zip(bent, straight):
+        if isinstance(one, JointSample):
+            off.append(abs(one.position[0] - other.position[0]))
+        else:
+            assert one == other
+    # An amplitude each of two axes across the peg, that gamma sees one of at a time.
+    assert 0.5 * case.gears < max(off) < 2.0 * case.gears
+
+
+def test_friction_is_that_of_the_leg():
+    case = next(case for case in scenes.CASES if case.name == "friction steps up")
+    truth = scenes.truth_of(case, Configuration())
+    stated = truth.plan.configuration.scene.friction
+    assert [phase.friction for phase in truth.plan.phases] == pytest.approx(
+        [stated, stated, stated, 1.5 * stated]
+    )
+
+
+def test_in_the_hole_the_slide_counts_where_it_is_told():
+    case = scenes.KINDS["in the hole"][0]
+    truth = scenes.truth_of(case, Configuration())
+    exact = np.hstack([truth.q, truth.rates, truth.normal])
+    determined = truth.mode == "two_point"
+    track = runs.Track(truth.t_ns, exact.copy(), np.full_like(exact, 1e-3), determined.copy(), 0.0)
+    # What B1 and B2 share counts together; what is not told, or no slide, does not.
+    track.values[:, 7] += 5.0
+    track.values[:, 8] -= 5.0
+    track.values[~determined, 6:] += 100.0
+    fine = runs.errors(truth, track)
+    assert fine.reactions == pytest.approx(0.0, abs=1e-9) and fine.determined == 1.0
+    track.determined[truth.t_ns > 600_000_000] = False
+    assert 0.2 < runs.errors(truth, track).determined < 0.8
+    track.determined[:] = False
+    silent = runs.errors(truth, track)
+    assert np.isnan(silent.reactions) and silent.determined == 0.0 and not silent.lost
 
 
 @pytest.mark.nightly
 def test_what_the_default_and_others_come_to(motion):
     default, slow, driven, unscented, smoother = scored(
-        motion, chart.DEFAULT, named("mixture", 100), named("dde_driven"),
+        motion, DEFAULT, named("mixture", 100), named("dde_driven"),
         named("unscented"), named("smoother"),
     )  # fmt: skip
     # Of the mean reaction, some 60 N: the wrench's noise is 0.2 N.
@@ -85,7 +143,7 @@ def test_what_the_default_and_others_come_to(motion):
 def test_common_methods_come_to_what_they_leave_out(motion):
     """Closing with slip: the tilt goes on at 0.16 rad/s, the turn about the peg at 2 rad/s."""
     default, balance, small, one, two, particles = scored(
-        motion, chart.DEFAULT,
+        motion, DEFAULT,
         *map(named, ("balance", "small_angle", "one_dof", "two_dof", "particles_1000")),
     )  # fmt: skip
     # Joint states alone tell rates worse than with a wrench.
@@ -121,7 +179,7 @@ def test_the_step_that_is_timed_is_the_estimator_s_own(motion):
 
 def test_steps_are_those_of_every_method_on_the_same_samples(motion):
     configuration = runs.always_in_contact(motion.plan.configuration)
-    chosen = chart.DEFAULT, named("balance"), named("smoother"), named(chart.BARE)
+    chosen = DEFAULT, named("balance"), named("smoother"), named(BARE)
     told = chart.step_times(chosen, configuration, list(measure(motion, 1)), clock)
     assert [len(each) for each in told] == [chart.STEP_TURNS] * 2 + [0, 0]
     peg, _ = cost_floor.taken_anew(
@@ -155,13 +213,13 @@ def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypa
     spent = []
 
     def run(configuration, samples, clock, make=None):
-        track = runs.run(configuration, samples, lambda: 0.0, make or chart.DEFAULT.method.make)
+        track = runs.run(configuration, samples, lambda: 0.0, make or DEFAULT.method.make)
         per_wrench = 2.0 if configuration.monitor.modes else 1.0
         spent.append(per_wrench)
         return track._replace(seconds=per_wrench * len(track.t_ns))
 
     monkeypatch.setattr(chart, "run", run)
-    default, slow = scored(motion, chart.DEFAULT, named("one_level", 100))
+    default, slow = scored(motion, DEFAULT, named("one_level", 100))
     # 219 ms: 220 wrenches of a second each, and a second each for judging.
     assert default.whole == pytest.approx(1e6 * 2.0 * 220 / 219)
     assert slow.whole == pytest.approx(1e6 * 2.0 * 22 / 219)
@@ -169,7 +227,7 @@ def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypa
 
 
 def test_the_same_seed_gives_the_same_score(motion):
-    first, again = (scored(motion, chart.DEFAULT)[0] for _ in range(2))
+    first, again = (scored(motion, DEFAULT)[0] for _ in range(2))
     assert first[:-1] == again[:-1]
 
 
@@ -180,6 +238,8 @@ def test_thinned_samples_keep_their_stamps(motion):
     assert stamps == list(range(0, 220_000_000, 10_000_000))
     # A wrench and an orientation each.
     assert len(kept) == 2 * len(stamps)
+    later = runs.thinned(samples, 10_000_000, 4_000_000)
+    assert {(sample.t_ns - START_NS) % 10_000_000 for sample in later} == {4_000_000}
 
 
 def test_errors_are_those_of_the_track(motion):
@@ -197,7 +257,8 @@ def test_errors_are_those_of_the_track(motion):
     track.determined[:] = motion.t_ns >= 135_000_000
     off = runs.errors(motion, track)
     assert off.tilt_rate == pytest.approx(0.02)
-    assert off.reactions == pytest.approx(3.0 / motion.normal.mean())
+    mean = motion.normal[motion.t_ns >= runs.SETTLE_NS].mean()
+    assert off.reactions == pytest.approx(3.0 / mean)
     assert off.states_inside == off.reactions_inside == 0.0 and not off.lost
     assert off.determined == pytest.approx(0.5, abs=0.01)
     track.values[-1, 0] += 2e-3
@@ -222,20 +283,29 @@ def test_front_keeps_what_nothing_beats():
     assert chart.front(cost, error) == [0, 1]
 
 
-def made_up(name, reactions, case="a", lost=0.0, whole=10.0):
-    return chart.ChartScore(case, name, reactions, 0.01, 0.95, 1.0, lost, 5.0, 4.0, 6.0, whole)
+def made_up(name, reactions, kind="a", lost=0.0, whole=10.0):
+    return chart.ChartScore(
+        kind, "", name, reactions, reactions, reactions, 0.01, 0.95, 1.0, lost, 5.0, 4.0, 6.0,
+        whole,
+    )  # fmt: skip
 
 
-def test_motions_are_put_together():
-    found = [made_up("x", r, case=str(r), whole=100 * r) for r in (0.01, 0.04, 0.02)]
+def test_motions_and_then_kinds_are_put_together():
+    found = [made_up("x", r, whole=100 * r) for r in (0.01, 0.04, 0.02)]
     found[0] = found[0]._replace(lost=0.5)
-    (whole,) = chart.overall(found)
+    (whole,) = chart.over_motions(found)
     assert whole.reactions == pytest.approx(0.02) and whole.whole == 2.0
     assert whole.lost == pytest.approx(1 / 6)
     # A motion in which nothing is determined says nothing of coverage.
     untold = made_up("x", 0.02)._replace(reactions_inside=float("nan"))
-    assert chart.overall([*found, untold])[0].reactions_inside == 0.95
-    assert np.isnan(chart.overall([made_up("x", float("nan"))])[0].reactions)
+    assert chart.over_motions([*found, untold])[0].reactions_inside == pytest.approx(0.95)
+    assert np.isnan(chart.over_motions([made_up("x", float("nan"))])[0].reactions)
+    # Three motions of one kind count for as much as one of another.
+    both = [*found, made_up("x", 0.32, kind="b")]
+    assert chart.overall(both)[0].reactions == pytest.approx(0.08)
+    assert [len(rows) for rows in chart.of_kinds(both).values()] == [1, 1]
+    alone = made_up("x", 0.9, kind=chart.OWN_ROWS[0])
+    assert chart.overall([*both, alone])[0].reactions == pytest.approx(0.08)
 
 
 @pytest.mark.nightly
@@ -249,19 +319,20 @@ def test_the_bound_is_of_samples_where_it_means_something(motion):
 
 @pytest.fixture
 def tiny(monkeypatch):
-    monkeypatch.setattr(chart, "ESTIMATORS", (chart.DEFAULT, named("mixture", 100)))
+    monkeypatch.setattr(command, "ESTIMATORS", (DEFAULT, named("mixture", 100)))
     whole = scenes.truth_of
     monkeypatch.setattr(
         scenes, "truth_of", lambda *given: scenes.first_samples(whole(*given), 160)
     )
-    monkeypatch.setattr(command, "QUICK_CASES", 2)
+    kinds = dict(list(scenes.KINDS.items())[:2])
+    monkeypatch.setattr(scenes, "KINDS", kinds)
 
 
 def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     scores, calls = chart.scores, []
 
     def until_interrupted(*arguments):
-        calls.append(arguments[1])
+        calls.append(arguments[1].name)
         if len(calls) == 2:
             raise KeyboardInterrupt
         return scores(*arguments)
@@ -270,15 +341,15 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     assert main(["chart", "--quick", "--out", str(tmp_path)]) == 130
     assert main(["chart", "--quick", "--out", str(tmp_path)]) == 0
     # The first motion was there already.
-    first, second = scenes.CASES[0].name, scenes.CASES[1].name
+    first, second = (cases[0].name for cases in scenes.KINDS.values())
     assert calls == [first, second, second]
     found = rows(tmp_path / "chart.csv")
-    names = [*map(str, chart.ESTIMATORS), chart.BOUND]
+    names = [*map(str, command.ESTIMATORS), chart.BOUND]
     assert [row["name"] for row in found] == names * 2
     assert not list(tmp_path.glob("*.partial"))
     text = capsys.readouterr().out
     assert "mixture, 100 Hz" in text and "bound at 1 kHz: reactions" in text
-    for name in ("chart", "chart_narrow"):
+    for name in ("chart", "chart_narrow", "chart_kinds", "chart_kinds_narrow"):
         svg = (tmp_path / f"{name}.svg").read_text(encoding="utf-8")
         # Two points, the bound and the whole path in each of the panels.
         for label in ("mixture, 1 kHz", "100 Hz", "bound at 1 kHz", " whole path, 1 kHz"):
@@ -292,8 +363,8 @@ def test_hollow_is_what_does_not_keep_its_word():
         step_high=1.0, whole=100.0,
     )  # fmt: skip
     bound = chart.Limits(0.004, *[float("nan")] * 2)
-    kept = overall("mixture, 1 kHz", 0.01, 0.01, step=10.0)
-    wrong = overall("mixture, 100 Hz", 0.005, 0.005, step=50.0)
+    kept = overall("mixture, 1 kHz", *[0.01] * 4, step=10.0)
+    wrong = overall("mixture, 100 Hz", *[0.005] * 4, step=50.0)
     nothing = float("nan")
     for change in (
         {"reactions_inside": 0.5}, {"reactions_inside": nothing}, {"lost": 0.1},

@@ -34,8 +34,14 @@ def test_tables_are_those_of_the_files(made, name):
     assert f"{TOOL['BEGIN']}{table}{TOOL['END']}" in page, "run tools/figures.py"
 
 
-@pytest.mark.parametrize("end", ["", *nightly("_narrow")])
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(
+    ("name", "end"),
+    [
+        *((name, "") for name in PAGES),
+        ("chart", "_kinds"),
+        *nightly(("chart", "_narrow"), ("chart", "_kinds_narrow"), ("stability", "_narrow")),
+    ],
+)
 def test_pictures_are_those_of_the_files(made, name, end, tmp_path):
     """Another release of matplotlib may set a letter otherwise, and nothing more."""
     drawn = tmp_path / "drawn.png"

@@ -28,6 +28,7 @@ ELSEWHERE = {
     "peg-on-hole calibrate presses": "cli/test_cli_presses.py",
     "peg-on-hole calibrate poses": "cli/test_cli_payload.py",
     "peg-on-hole replay bags/cell_ur_like.mcap": "package/test_guide.py",
+    "peg-on-hole choose --config config/plan_cell.yaml": "cli/test_cli_choose.py",
     "peg-on-hole chart --out chart": "benchmarks/test_chart.py",
     "peg-on-hole stability --out stability": "benchmarks/test_stability.py",
     "peg-on-hole replay /data/recordings --dask": "many_bags/test_many_bags.py",

@@ -1,0 +1,308 @@
+"""`peg-on-hole choose`: the cheapest method and the lowest rate that are enough for a cell."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from math import isnan
+from pathlib import Path
+from time import thread_time
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.cli.bag_and_configuration import open_recording
+from peg_on_hole_ros.cli.output_paths import check_output_paths, out_folder, write_text
+from peg_on_hole_ros.cli.pictures import needed, save
+from peg_on_hole_ros.cli.progress import ProgressBar
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.simulation_file import SIMULATION_PART, read_plan
+from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.parameters_file import load_yaml
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.replay.run import replay_bag
+from peg_on_hole_ros.sim.truth import Truth, integrate
+from peg_on_hole_ros.study.choice import (
+    THINNED,
+    Limit,
+    Seeds,
+    Tolerances,
+    Tried,
+    cheapest,
+    limits,
+    nearest,
+    tried,
+)
+from peg_on_hole_ros.study.motions import (
+    Recorded,
+    on_three,
+    planned_motion,
+    recorded_motion,
+    simulated_cell,
+)
+
+FIRST_SEED = 900
+# What a limit gives is told from so many seeds.
+LIMIT_SEEDS = 6
+# Those that may pay; the others of `filter.method` lose to one of them in every scene.
+METHODS = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unscented")
+# Of a recording the last so many seconds of its longest stretch on three contacts.
+LONGEST = 2.0
+# A gap in stamps beyond so many of their periods is no one stretch.
+_GAP = 5.0
+# As a share: a change below it is none.
+_SOME = 0.1
+
+
+class CellMotion(NamedTuple):
+    """A simulated motion of a cell, and what it is in words."""
+
+    truth: Truth
+    words: str
+
+
+def run(arguments: Namespace) -> int:
+    """Simulate the cell's motion, run every method at every rate, choose, print and write."""
+    within = _tolerances(arguments)
+    if arguments.out is not None:
+        needed()
+    motion = _motion(arguments)
+    folder = None if arguments.out is None else out_folder(arguments.out, arguments.config)
+    seeds = Seeds(FIRST_SEED, arguments.seeds)
+    with ProgressBar("choose") as progress:
+        found = _all_tried(motion.truth, seeds, progress)
+        chosen = cheapest(found, within)
+        known = list(
+            limits(
+                motion.truth, chosen or nearest(found),
+                Seeds(FIRST_SEED, min(arguments.seeds, LIMIT_SEEDS)), thread_time,
+            )
+        )  # fmt: skip
+    print(in_words(motion, found, chosen, within, known))
+    if folder is not None:
+        from peg_on_hole_ros.plots.choice import figure
+
+        written = save(figure(found, chosen, within), folder / "choose")
+        if chosen is not None:
+            setting = folder / "choose.yaml"
+            write_text(setting, _setting(chosen))
+            written = [setting, *written]
+        print(", ".join(map(str, written)))
+    return 0
+
+
+def _tolerances(arguments):
+    if not 2 <= arguments.seeds <= 100:
+        raise PegOnHoleError(f"--seeds = {arguments.seeds} is not within 2 to 100")
+    if not 10 <= arguments.rate <= 10_000:
+        raise PegOnHoleError(f"--rate = {arguments.rate} Hz is not within 10 to 10000 Hz")
+    return Tolerances(
+        _share("--within", arguments.within),
+        _share("--rate-within", arguments.rate_within),
+        _flag(arguments.flag_within),
+    )
+
+
+def _share(name, text):
+    try:
+        value = float(text.rstrip("%")) / 100.0
+    except ValueError:
+        value = float("nan")
+    if not 1e-4 <= value <= 1.0:
+        raise PegOnHoleError(f"{name} {text} is not a share within 0.01% to 100%, such as 3%")
+    return value
+
+
+def _flag(milliseconds):
+    if not 0.1 <= milliseconds <= 1000.0:
+        raise PegOnHoleError(f"--flag-within = {milliseconds:g} ms is not within 0.1 to 1000 ms")
+    return 1e-3 * milliseconds
+
+
+def _motion(arguments) -> CellMotion:
+    if arguments.bag is not None:
+        return _of_recording(arguments)
+    check_output_paths([arguments.config], texts=[])
+    if SIMULATION_PART in load_yaml(Path(arguments.config)):
+        truth = _first_contact(integrate(read_plan(arguments.config)))
+        return CellMotion(truth, f"the motion that {arguments.config} has simulated")
+    configuration, _ = load(arguments.config)
+    cell = simulated_cell(configuration)
+    return CellMotion(planned_motion(cell, arguments.rate), "the closing that is planned")
+
+
+def _first_contact(truth):
+    """Refuse a motion that does not begin on three contacts: it is what is compared."""
+    if on_three(truth) < 100:
+        raise PegOnHoleError(
+            "the simulated motion does not begin on three contacts, where methods differ; begin "
+            "it there, as config/closing_with_slip.yaml does, or give its recording with --bag"
+        )
+    return truth
+
+
+class _Rows:
+    """A sink that keeps what a motion is made of."""
+
+    def __init__(self) -> None:
+        self.parts: list[tuple[np.ndarray, ...]] = []
+
+    def take(self, columns: OutputColumns) -> None:
+        """Keep stamps, states, contact forces, and where three contacts are determined."""
+        on_rim = np.array([mode == "three_point" for mode in columns.modes], bool)
+        force = columns.force.sum(axis=1)
+        self.parts.append((columns.t_ns, columns["state"], force, on_rim & columns.determined))
+
+
+def _of_recording(arguments) -> CellMotion:
+    opened = open_recording(arguments.bag, arguments.config)
+    rows = _Rows()
+    with ProgressBar(f"replaying {arguments.bag}") as progress:
+        replay_bag(opened.bag, opened.configuration, 0.0, [rows], progress)
+    t_ns, state, force, good = (np.concatenate(part) for part in zip(*rows.parts))
+    t = (t_ns - t_ns[0]) * 1e-9
+    period = float(np.median(np.diff(t)))
+    begin, end = _longest(t, good & np.isfinite(force).all(axis=1), _GAP * period)
+    begin = max(begin, int(np.searchsorted(t, t[end - 1] - LONGEST)))
+    turn = state[begin:end, 1]
+    c, s = np.cos(turn), np.sin(turn)
+    x, y, z = force[begin:end].T
+    recorded = Recorded(
+        t[begin:end],
+        np.column_stack([state[begin:end, 0], np.unwrap(state[begin:end, 1:3], axis=0)]),
+        state[begin:end, 3:6],
+        -np.column_stack([c * x + s * y, c * y - s * x, z]),
+    )
+    rate = max(round(1.0 / period), 10)
+    truth = recorded_motion(simulated_cell(opened.configuration), recorded, rate)
+    return CellMotion(
+        truth, f"the motion of {arguments.bag} from {t[begin]:.2f} to {t[end - 1]:.2f} s"
+    )
+
+
+def _longest(t, good, gap):
+    """Return begin and end of the longest stretch without a gap."""
+    broken = np.flatnonzero(np.diff(t) > gap) + 1
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    best = (0, 0)
+    for begin, end in edges.reshape(-1, 2).tolist():
+        cuts = [begin, *broken[(broken > begin) & (broken < end)].tolist(), end]
+        for first, last in zip(cuts, cuts[1:]):
+            if t[last - 1] - t[first] > (t[best[1] - 1] - t[best[0]] if best[1] else 0.0):
+                best = (first, last)
+    if not best[1]:
+        raise PegOnHoleError(
+            "the recording has no stretch on three contacts with determined reactions, so there "
+            "is no motion to follow; peg-on-hole replay --report says why"
+        )
+    return best
+
+
+def _all_tried(truth, seeds, progress):
+    found = []
+    pairs = [(method, every) for every in THINNED for method in METHODS]
+    # A warm run: what is compiled for the first time is no cost of a method.
+    tried(truth, METHODS[0], THINNED[-1], Seeds(seeds.first, 1), thread_time)
+    for k, (method, every) in enumerate(pairs):
+        found.append(tried(truth, method, every, seeds, thread_time))
+        progress((k + 1) / (len(pairs) + 1))
+    return found
+
+
+def in_words(
+    motion: CellMotion,
+    found: Sequence[Tried],
+    chosen: Tried | None,
+    within: Tolerances,
+    known: Sequence[Limit],
+) -> str:
+    """Return what was found as text."""
+    truth = motion.truth
+    lines = [
+        f"{motion.words}: {truth.t_ns[-1] * 1e-9:.2f} s, on three contacts "
+        f"{1e-9 * truth.t_ns[on_three(truth) - 1]:.2f} s; {_cell(truth.plan.configuration)}",
+        "",
+        table(
+            ["method", "wrench", "reactions off", "tilt's rate off", "within 95 %", "determined",
+             "flag off", "step", "whole path", ""],
+            [_row(one, within) for one in found],
+        ),
+        "",
+    ]  # fmt: skip
+    asked = (
+        f"reactions within {100 * within.reactions:g} %, the tilt's rate within "
+        f"{100 * within.tilt_rate:g} %, the flag within {1e3 * within.flag:g} ms"
+    )
+    best = chosen or nearest(found)
+    if chosen is None:
+        lines.append(f"nothing is enough for {asked}; nearest: {_told(best)}")
+    else:
+        first = found[0]
+        lines.append(f"enough for {asked}: {_told(chosen)}")
+        if first is not chosen and first.whole > 0:
+            lines.append(
+                f"it takes {chosen.whole / first.whole:.2f} of the time of {_name(first)}"
+            )
+        lines.append(f"set filter.method: {chosen.method}")
+    return "\n".join([*lines, *_limit_lines(best, known)])
+
+
+def _cell(configuration: Configuration) -> str:
+    scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
+    return (
+        f"hole {1e3 * scene.hole_diameter:g} mm, clearance "
+        f"{1e3 * (scene.hole_diameter - scene.peg_diameter):.3g} mm, friction {scene.friction:g} "
+        f"± {scene.friction_stddev:g}; noise {wrench.force_stddev:.3g} N, "
+        f"{wrench.torque_stddev:.3g} N m, {1e3 * joints.position_stddev:.3g} mrad; sensor "
+        f"{1e3 * wrench.sensor_xyz[2]:.3g} mm above the peg's end"
+    )
+
+
+def _row(one, within):
+    if one.enough(within):
+        remark = "enough"
+    elif one.lost:
+        remark = "lost"
+    elif not one.holds:
+        remark = "bounds do not hold" if one.determined >= 0.5 else "tells little"
+    else:
+        remark = ""
+    flag = "" if isnan(one.flag) else f"{1e3 * one.flag:.0f} ms"
+    return [
+        one.method, f"{one.rate:g} Hz", f"{100 * one.reactions:.3g} %",
+        f"{100 * one.tilt_rate:.3g} %", f"{100 * one.covered:.0f} %",
+        f"{100 * one.determined:.0f} %", flag.replace("inf ms", "not told"), f"{one.step:.3g} us",
+        f"{one.whole:.0f} us a ms", remark,
+    ]  # fmt: skip
+
+
+def _name(one):
+    return f"{one.method} at {one.rate:g} Hz"
+
+
+def _told(one):
+    flag = "" if isnan(one.flag) else f", flag within {1e3 * one.flag:.0f} ms"
+    return (
+        f"{_name(one)}: reactions {100 * one.reactions:.2g} % off, the tilt's rate "
+        f"{100 * one.tilt_rate:.2g} %{flag}; {100 * one.covered:.0f} % of determined reactions "
+        f"within their 95 % bounds; {one.whole:.0f} us for a millisecond of motion"
+    )
+
+
+def _limit_lines(best, known):
+    """Return what limits it: what would give most, and what would give nothing."""
+    lines = []
+    for limit in known:
+        gain = 1.0 - limit.reactions / best.reactions
+        what = f"{100 * limit.reactions:.2g} % for {100 * best.reactions:.2g} %"
+        lines.append(
+            f"{limit.what} would give {what}" if gain > _SOME else f"{limit.what} gives nothing"
+        )
+    return [f"what limits the reactions: {'; '.join(lines)}"] if lines else []
+
+
+def _setting(chosen):
+    return (
+        f"# By peg-on-hole choose: enough with a wrench at {chosen.rate:g} Hz.\n"
+        f"peg_on_hole:\n  ros__parameters:\n    filter:\n      method: {chosen.method}\n"
+    )

@@ -1,0 +1,196 @@
+"""`choose`: a cell's own motion, what is enough for it, and what limits it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.cli import choose
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.study import choice, motions
+from peg_on_hole_ros.study.choice import Limit, Seeds, Tolerances, Tried
+from simulated import ROOT
+
+CELL = str(ROOT / "config" / "plan_cell.yaml")
+CLOSING = str(ROOT / "config" / "closing_with_slip.yaml")
+WITHIN = Tolerances()
+
+
+def clock():
+    """A clock that goes on by a second a look."""
+    clock.now = getattr(clock, "now", 0.0) + 1.0
+    return clock.now
+
+
+@pytest.fixture(scope="module")
+def planned():
+    return motions.planned_motion(motions.simulated_cell(load(CELL)[0]), 500)
+
+
+def made_up(method, rate, **changed):
+    good = Tried(method, rate, 0.02, 0.05, 0.95, 1.0, 0.005, 0.0, 10.0, 100.0)
+    return good._replace(**changed)
+
+
+def test_the_lowest_rate_that_is_enough_and_then_the_cheapest_step():
+    dear, cheap = made_up("mixture", 250.0), made_up("one_level", 250.0, step=3.0)
+    fast = made_up("balance", 1000.0, step=1.0)
+    assert choice.cheapest([fast, dear, cheap], WITHIN) is cheap
+    for lacks in (
+        {"reactions": 0.04}, {"tilt_rate": 0.2}, {"covered": 0.8}, {"determined": 0.3},
+        {"flag": 0.02}, {"flag": float("inf")}, {"lost": 0.1},
+    ):  # fmt: skip
+        assert choice.cheapest([dear, cheap._replace(**lacks)], WITHIN) is dear
+    # A motion without a transition has no flag to be late.
+    assert made_up("mixture", 250.0, flag=float("nan")).enough(WITHIN)
+    assert choice.cheapest([fast], Tolerances(reactions=0.01)) is None
+
+
+def test_nearest_is_one_whose_bounds_hold():
+    sure = made_up("mixture", 500.0, reactions=0.2)
+    wrong = made_up("unscented", 500.0, reactions=0.1, covered=0.5)
+    assert choice.nearest([wrong, sure]) is sure
+    assert choice.nearest([wrong]) is wrong
+
+
+def test_orientations_come_with_wrenches():
+    assert [motions.joint_rate_of(rate) for rate in (100, 500, 1000, 7000, 750)] == [
+        100, 500, 500, 500, 375,
+    ]  # fmt: skip
+
+
+def test_joints_of_an_arm_are_noise_of_the_orientation():
+    arm = Configuration(
+        joints=JointInput(source="robot", names=tuple("abcdef"), position_stddev=1e-4)
+    )
+    # Six joints, each about an axis of its own: a third of each about any axis.
+    assert motions.simulated_cell(arm).joints.position_stddev == pytest.approx(1e-4 * 2**0.5)
+    angles = Configuration(joints=JointInput(position_stddev=1e-4))
+    assert motions.simulated_cell(angles).joints.position_stddev == 1e-4
+
+
+def test_a_planned_motion_goes_through_the_transition(planned):
+    count = motions.on_three(planned)
+    assert 100 < count < len(planned.t_ns)
+    assert (planned.normal[:count] > 0).all()
+    assert planned.q[count, 0] == pytest.approx(planned.plan.configuration.scene.gamma0, rel=0.02)
+
+
+def test_a_recorded_motion_is_followed(planned):
+    count = motions.on_three(planned)
+    force = planned.contact_force[:count].sum(axis=1)
+    c, s = np.cos(planned.q[:count, 1]), np.sin(planned.q[:count, 1])
+    push = -np.column_stack(
+        [c * force[:, 0] + s * force[:, 1], c * force[:, 1] - s * force[:, 0], force[:, 2]]
+    )
+    t = planned.t_ns[:count] * 1e-9
+    recorded = motions.Recorded(t, planned.q[:count], planned.rates[:count], push)
+    again = motions.recorded_motion(planned.plan.configuration, recorded, 500)
+    # By the lead-in later; the holder bends by some mrad under the torque of the load.
+    at = again.t_ns * 1e-9 + motions.LEAD_IN
+    for k in (0, 2):
+        there = np.interp(at, t, planned.q[:count, k])
+        assert np.abs(again.q[:, k] - there).max() < 0.02
+    load = np.median(again.normal[motions.on_three(again) // 2])
+    assert 0.5 < load / np.median(planned.normal[count // 2]) < 2.0
+
+
+def test_what_is_tried_is_the_method_with_its_cost(planned):
+    default, balance = (
+        choice.tried(planned, method, 1, Seeds(1, 2), clock) for method in ("mixture", "balance")
+    )
+    assert default.rate == balance.rate == 500.0
+    assert default.reactions < balance.reactions and default.holds
+    # By a clock that tells looks, a run takes a second, and all steps of a motion too.
+    assert default.whole == pytest.approx(1e6 / (planned.t_ns[-1] * 1e-6))
+    assert default.flag < 0.02
+    slower = choice.tried(planned, "mixture", 4, Seeds(1, 2), clock)
+    assert slower.rate == 125.0 and slower.step > default.step
+
+
+def test_half_of_a_noise_is_stated_and_true(planned):
+    half = choice._with_half(planned, "force_stddev")
+    assert half.plan.configuration.wrench.force_stddev == pytest.approx(
+        0.5 * planned.plan.configuration.wrench.force_stddev
+    )
+    halves = list(choice.limits(planned, made_up("mixture", 250.0), Seeds(1, 1), clock))
+    assert [limit.what.split()[-1] for limit in halves] == ["force", "torque", "orientation", "Hz"]
+    assert "500 Hz" in halves[-1].what
+
+
+def test_words_say_what_would_give_more():
+    best = made_up("mixture", 250.0, reactions=0.02)
+    known = [
+        Limit("half of the noise of the force", 0.01, 0.05),
+        Limit("a wrench at 500 Hz", 0.0199, 0.05),
+    ]
+    (line,) = choose._limit_lines(best, known)
+    assert "half of the noise of the force would give 1 % for 2 %" in line
+    assert "a wrench at 500 Hz gives nothing" in line
+
+
+@pytest.fixture
+def few(monkeypatch):
+    monkeypatch.setattr(choose, "METHODS", ("mixture", "balance"))
+    monkeypatch.setattr(choose, "THINNED", (1, 10))
+
+
+def test_choose_writes_the_setting(few, tmp_path, capsys):
+    assert main(["choose", "--config", CLOSING, "--seeds", "2", "--out", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert "set filter.method: mixture" in text and "what limits the reactions" in text
+    configuration, _ = load(str(tmp_path / "choose.yaml"))
+    assert configuration.filter.method == "mixture"
+    assert (tmp_path / "choose.png").stat().st_size > 10_000
+
+
+def test_choose_says_what_is_nearest(few, capsys):
+    given = ["choose", "--config", CLOSING, "--seeds", "2", "--within", "0.05%"]
+    assert main(given) == 0
+    text = capsys.readouterr().out
+    assert "nothing is enough for reactions within 0.05 %" in text and "nearest: " in text
+
+
+def test_choose_takes_the_motion_of_a_recording(few, capsys):
+    bag = str(ROOT / "bags" / "closing_with_slip.mcap")
+    assert main(["choose", "--config", CLOSING, "--bag", bag, "--seeds", "2"]) == 0
+    text = capsys.readouterr().out
+    assert f"the motion of {bag} from" in text and "set filter.method" in text
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--within", "3"], None),
+        (["--within", "much"], "--within much is not a share"),
+        (["--rate-within", "200%"], "--rate-within 200% is not a share"),
+        (["--flag-within", "0"], "--flag-within = 0 ms is not within"),
+        (["--seeds", "1"], "--seeds = 1 is not within 2 to 100"),
+        (["--rate", "1"], "--rate = 1 Hz is not within"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_refused(options, said, monkeypatch, capsys):
+    monkeypatch.setattr(choose, "_motion", _none)
+    code = main(["choose", "--config", CLOSING, *options])
+    assert code == 2
+    assert (said or "no motion here") in capsys.readouterr().err
+
+
+def _none(arguments):
+    raise PegOnHoleError("no motion here")
+
+
+def test_a_motion_that_begins_in_the_air_is_refused(capsys):
+    cycle = str(ROOT / "config" / "working_cycle.yaml")
+    assert main(["choose", "--config", cycle]) == 2
+    assert "does not begin on three contacts" in capsys.readouterr().err
+
+
+def test_a_cell_without_a_plan_is_told_what_else_would_do():
+    configuration = load(CELL)[0]
+    weak = replace(configuration, monitor=replace(configuration.monitor, max_normal=(1.0,) * 3))
+    with pytest.raises(PegOnHoleError, match="give a recording with --bag"):
+        motions.planned_motion(weak, 500)
