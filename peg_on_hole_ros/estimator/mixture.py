@@ -16,7 +16,8 @@ def predict(kalman: FilterRecord, dt: float) -> None:
     state, settings = kalman.state, kalman.settings
     modes, hypotheses = settings.modes, state.hypotheses
     if modes > 1:
-        shut = settings.top_waits > 0.0 and state.alive.sum() > 1.5
+        several = state.gathered == 1 or state.alive.sum() > 1.5
+        shut = settings.top_waits > 0.0 and several
         time = min(dt, MIXTURE_WEIGHTS.longest_mixing)
         for g in range(hypotheses):
             if state.alive[g] > 0.0:

@@ -108,6 +108,9 @@ class State(Record):
         Probability of each component.
     alive : ndarray, shape (hypotheses,)
         1 while a friction hypothesis is followed.
+    gathered : int
+        1 until the first wrench in contact: before it all friction hypotheses move alike, and the
+        first one stands for all, with the mean and variance of them; see `split`.
     evidence_share : float
         Share of a sample's evidence that counts for the choice of a friction hypothesis.
     load : float
@@ -169,6 +172,7 @@ class State(Record):
     width: int
     weight: ComponentVector
     alive: Annotated[Floats, (MOST_HYPOTHESES,)]
+    gathered: int
     evidence_share: float
     load: float
     time_since_start: float

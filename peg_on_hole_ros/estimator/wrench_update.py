@@ -18,7 +18,7 @@ from peg_on_hole_ros.estimator.mixture import (
 )
 from peg_on_hole_ros.estimator.rim_points import correct_by_particles, correct_by_sigma_points
 from peg_on_hole_ros.estimator.scratch import Scratch
-from peg_on_hole_ros.estimator.start import unmeasured_acceleration
+from peg_on_hole_ros.estimator.start import split, unmeasured_acceleration
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import copy_component, reset_three, update
@@ -65,6 +65,7 @@ def update_from_wrench(kalman: FilterRecord, contact_set: int) -> None:
         _forget_contact(kalman)
         combine(state)
         return
+    split(kalman)
     state.contact_set = contact_set  # type: ignore[assignment]
     begins = state.time_in_contact < 0.0
     state.time_in_contact = 0.0 if begins else state.time_in_contact + dt
