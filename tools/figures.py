@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from statistics import median
 
-from peg_on_hole_ros.cli.chart import scores_of
+from peg_on_hole_ros.cli.chart import pieces_of, scores_of
 from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.cli.stability import found_in
 from peg_on_hole_ros.plots import chart as chart_plot
@@ -95,6 +95,8 @@ def _each(texts):
 
 
 def _digits(value, count):
+    if value == float("inf"):
+        return "lost"
     return f"{value:#.{count}g}".rstrip(".")
 
 
@@ -121,6 +123,7 @@ def made(figures: Path) -> dict[str, tuple[str, dict]]:
     scores = scores_of(rows_of(figures / "chart.csv"))
     whole = chart.limits(chart.overall(scores))
     kinds = {kind: chart.limits(rows) for kind, rows in chart.of_kinds(scores).items()}
+    cycle = pieces_of(rows_of(figures / "chart_cycle.csv"))
     found = found_in(rows_of(figures / "stability.csv"))
     return {
         "chart": (
@@ -130,6 +133,8 @@ def made(figures: Path) -> dict[str, tuple[str, dict]]:
                 "_narrow": chart_plot.figure(*whole, narrow=True),
                 "_kinds": chart_plot.kinds_figure(kinds),
                 "_kinds_narrow": chart_plot.kinds_figure(kinds, narrow=True),
+                "_cycle": chart_plot.cycle_figure(cycle),
+                "_cycle_narrow": chart_plot.cycle_figure(cycle, narrow=True),
             },
         ),
         "stability": (

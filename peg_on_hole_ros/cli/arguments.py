@@ -296,7 +296,7 @@ def _study(command):
     command.add_argument(
         "--out", metavar="DIR", required=True, help="folder for PNG, SVG and CSV, made if missing"
     )
-    command.add_argument("--quick", action="store_true", help="coarser, within a minute")
+    command.add_argument("--quick", action="store_true", help="coarser, within two minutes")
     _config(command)
 
 

@@ -12,6 +12,7 @@ from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import chart, scenes
 from peg_on_hole_ros.study.estimators import ESTIMATORS
@@ -27,9 +28,9 @@ def run(arguments: Namespace) -> int:
     needed()
     configuration, _ = load(arguments.config)
     folder = out_folder(arguments.out, arguments.config)
-    cases = [case for each in scenes.KINDS.values() for case in each]
+    cases = [case for each in scenes.SCENE_KINDS.values() for case in each]
     if arguments.quick:
-        cases = [each[0] for each in scenes.KINDS.values()]
+        cases = [each[0] for each in scenes.SCENE_KINDS.values()]
     seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
     chosen = [one for one in ESTIMATORS if one.shown or not arguments.quick]
@@ -48,8 +49,36 @@ def run(arguments: Namespace) -> int:
     found = scores_of(rows.rows)
     whole, limits = chart.limits(chart.overall(found))
     print(summary(whole, limits))
-    print(", ".join(map(str, [rows.path, *draw(found, folder)])))
+    print(", ".join(map(str, [rows.path, *draw(found, folder), *_cycle(configuration, folder)])))
     return 0
+
+
+def _cycle(configuration, folder):
+    """Measure and draw what a step costs along a working cycle; a cell may have none."""
+    from peg_on_hole_ros.plots.chart import cycle_figure
+
+    try:
+        truth = scenes.working_cycle(configuration)
+    except PegOnHoleError as error:
+        print(f"no working cycle of this cell is drawn: {error}")
+        return []
+    pieces = chart.cycle_costs(truth, CLOCK)
+    table_of = PartialTable(folder / "chart_cycle.csv", chart.CyclePiece._fields, "")
+    table_of.add(pieces)
+    table_of.finish()
+    return [
+        table_of.path,
+        *save(cycle_figure(pieces), folder / "chart_cycle"),
+        *save(cycle_figure(pieces, narrow=True), folder / "chart_cycle_narrow"),
+    ]
+
+
+def pieces_of(rows: Iterable[Sequence]) -> list[chart.CyclePiece]:
+    """Return what is in rows of `chart_cycle.csv`."""
+    return [
+        chart.CyclePiece(method, float(t), phase, mode, float(step))
+        for method, t, phase, mode, step in rows
+    ]
 
 
 def draw(found: Sequence[chart.ChartScore], folder: Path) -> list[Path]:

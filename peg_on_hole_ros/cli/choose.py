@@ -41,11 +41,11 @@ from peg_on_hole_ros.study.motions import (
     simulated_cell,
 )
 
-FIRST_SEED = 900
+FIRST_CHOICE_SEED = 900
 # What a limit gives is told from so many seeds.
 LIMIT_SEEDS = 6
 # Those that may pay; the others of `filter.method` lose to one of them in every scene.
-METHODS = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unscented")
+COMPARED = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unscented")
 # Of a recording the last so many seconds of its longest stretch on three contacts.
 LONGEST = 2.0
 # A gap in stamps beyond so many of their periods is no one stretch.
@@ -68,14 +68,14 @@ def run(arguments: Namespace) -> int:
         needed()
     motion = _motion(arguments)
     folder = None if arguments.out is None else out_folder(arguments.out, arguments.config)
-    seeds = Seeds(FIRST_SEED, arguments.seeds)
+    seeds = Seeds(FIRST_CHOICE_SEED, arguments.seeds)
     with ProgressBar("choose") as progress:
         found = _all_tried(motion.truth, seeds, progress)
         chosen = cheapest(found, within)
         known = list(
             limits(
                 motion.truth, chosen or nearest(found),
-                Seeds(FIRST_SEED, min(arguments.seeds, LIMIT_SEEDS)), thread_time,
+                Seeds(FIRST_CHOICE_SEED, min(arguments.seeds, LIMIT_SEEDS)), thread_time,
             )
         )  # fmt: skip
     print(in_words(motion, found, chosen, within, known))
@@ -200,9 +200,9 @@ def _longest(t, good, gap):
 
 def _all_tried(truth, seeds, progress):
     found = []
-    pairs = [(method, every) for every in THINNED for method in METHODS]
+    pairs = [(method, every) for every in THINNED for method in COMPARED]
     # A warm run: what is compiled for the first time is no cost of a method.
-    tried(truth, METHODS[0], THINNED[-1], Seeds(seeds.first, 1), thread_time)
+    tried(truth, COMPARED[0], THINNED[-1], Seeds(seeds.first, 1), thread_time)
     for k, (method, every) in enumerate(pairs):
         found.append(tried(truth, method, every, seeds, thread_time))
         progress((k + 1) / (len(pairs) + 1))

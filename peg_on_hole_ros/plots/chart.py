@@ -1,5 +1,6 @@
 """Errors against what a wrench costs, as one picture: the reactions, and the tilt's rate."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.plots.labels import place_labels
 from peg_on_hole_ros.study.chart import (
+    CYCLE_METHODS,
+    CyclePiece,
     Limits,
     Overall,
     front,
@@ -95,24 +98,67 @@ def kinds_figure(found: dict[str, tuple[list[Overall], Limits]], narrow: bool = 
     return fig
 
 
+def cycle_figure(pieces: Sequence[CyclePiece], narrow: bool = False) -> Figure:
+    """
+    Draw what a step costs along a working cycle.
+
+    Parameters
+    ----------
+    pieces : sequence of study.chart.CyclePiece
+    narrow : bool
+
+    """
+    fig = Figure(
+        figsize=(3.9, 3.2) if narrow else (9.0, 2.9), dpi=_CHART_DPI, layout="constrained"
+    )
+    FigureCanvasAgg(fig)
+    axis = fig.subplots()
+    colors = {CYCLE_METHODS[0]: _DEFAULT_COLOR, CYCLE_METHODS[1]: _OTHER_COLOR}
+    own = {name: [piece for piece in pieces if piece.method == name] for name in colors}
+    for name, color in colors.items():
+        axis.plot(
+            [piece.t for piece in own[name]], [piece.step for piece in own[name]], color=color,
+            drawstyle="steps-post", label=name, linewidth=1.5,
+        )  # fmt: skip
+    axis.set_ylim(0.0, 1.6 * max(piece.step for piece in pieces))
+    first = own[CYCLE_METHODS[0]]
+    changes = [k for k in range(len(first)) if k == 0 or first[k].phase != first[k - 1].phase]
+    for k, after in zip(changes, [*changes[1:], len(first)]):
+        axis.axvline(first[k].t, color=_FRONT_COLOR, linewidth=0.7, linestyle=":")
+        if not narrow:
+            axis.text(
+                (first[k].t + first[after - 1].t) / 2, 0.99, first[k].phase.replace("_", "\n"),
+                transform=axis.get_xaxis_transform(), fontsize=7, ha="center", va="top",
+            )  # fmt: skip
+    axis.set_xlabel("time [s]", fontsize=8.5)
+    axis.set_ylabel("step of a wrench [µs]", fontsize=8.5)
+    axis.tick_params(labelsize=8)
+    axis.legend(loc="upper right", bbox_to_anchor=(1.0, 0.8), fontsize=8, frameon=False)
+    return fig
+
+
 class _Panel(NamedTuple):
-    # Rows that are drawn, with their errors; the bound on these, and the cost of the whole path.
+    # Rows that are drawn, their errors and what these are between over the seeds; the bound on
+    # errors, and the cost of the whole path.
     rows: list[Overall]
     errors: list[float]
+    spread: list[tuple[float, float]]
     bound: float
     whole: float
 
 
 def _reactions(rows, limits):
     shown = [row for row in rows if _drawn(row).shown and np.isfinite(row.reactions)]
+    spread = [(100 * row.reactions_low, 100 * row.reactions_high) for row in shown]
     return _Panel(
-        shown, [100 * row.reactions for row in shown], 100 * limits.reactions, limits.whole
+        shown, [100 * row.reactions for row in shown], spread, 100 * limits.reactions, limits.whole
     )
 
 
 def _rates(rows, limits):
     shown = [row for row in rows if _drawn(row).shown and np.isfinite(row.tilt_rate)]
-    return _Panel(shown, [row.tilt_rate for row in shown], limits.tilt_rate, limits.whole)
+    errors = [row.tilt_rate for row in shown]
+    return _Panel(shown, errors, [(e, e) for e in errors], limits.tilt_rate, limits.whole)
 
 
 _BY_NAME = {str(one): one for one in ESTIMATORS}
@@ -168,6 +214,7 @@ def _draw_panel(axis, panel, around):
     for k, one in enumerate(marks):
         default = one.name == DEFAULT.name
         color = _DEFAULT_COLOR if default else _PART_COLOR if one.part else _OTHER_COLOR
+        axis.vlines(cost[k], *panel.spread[k], color=color, linewidth=1, alpha=0.5, zorder=2)
         axis.plot(
             cost[k], error[k], "D" if one.part else _MARKERS[one.rate], color=color, zorder=3,
             markersize=10 if one == DEFAULT else 7 if default else 4 if one.part else 6,
@@ -202,12 +249,12 @@ def _lines(axis, bound, limit):
     if np.isfinite(bound):
         axis.axhline(bound, color="black", linewidth=1, linestyle="--", zorder=1)
         axis.text(
-            0.99, bound, "bound at 1 kHz", transform=axis.get_yaxis_transform(), fontsize=8,
+            0.68, bound, "bound at 1 kHz", transform=axis.get_yaxis_transform(), fontsize=8,
             ha="right", va="bottom",
         )  # fmt: skip
     if np.isfinite(limit):
         axis.axvline(limit, color="black", linewidth=1, linestyle=":", zorder=1)
         axis.text(
-            limit, 0.99, " whole path, 1 kHz", transform=axis.get_xaxis_transform(), fontsize=8,
-            ha="left", va="top",
+            limit, 0.99, "whole path, 1 kHz ", transform=axis.get_xaxis_transform(), fontsize=8,
+            ha="right", va="top",
         )  # fmt: skip

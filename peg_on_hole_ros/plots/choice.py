@@ -8,9 +8,9 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from peg_on_hole_ros.study.choice import Tolerances, Tried
 
 # Okabe and Ito's, the default first.
-_COLORS = ("#009e73", "#0072b2", "#56b4e9", "#d55e00", "#cc79a7", "#e69f00")
+_METHOD_COLORS = ("#009e73", "#0072b2", "#56b4e9", "#d55e00", "#cc79a7", "#e69f00")
 _CHOSEN_COLOR, _LIMIT_COLOR = "black", "#9a9a9a"
-_SIZE, _CHOICE_DPI = (9.0, 4.6), 130
+_CHOICE_SIZE, _CHOICE_DPI = (9.0, 4.6), 130
 
 
 def figure(found: Sequence[Tried], chosen: Tried | None, within: Tolerances) -> Figure:
@@ -24,7 +24,7 @@ def figure(found: Sequence[Tried], chosen: Tried | None, within: Tolerances) -> 
     within : study.choice.Tolerances
 
     """
-    fig = Figure(figsize=_SIZE, dpi=_CHOICE_DPI, layout="constrained")
+    fig = Figure(figsize=_CHOICE_SIZE, dpi=_CHOICE_DPI, layout="constrained")
     axes = fig.subplots(1, 2, sharex=True)
     for axis, name, limit, title in zip(
         axes, ("reactions", "tilt_rate"), (within.reactions, within.tilt_rate),
@@ -55,7 +55,7 @@ def figure(found: Sequence[Tried], chosen: Tried | None, within: Tolerances) -> 
 def _panel(axis, found, name):
     methods = list(dict.fromkeys(one.method for one in found))
     axis.set(xscale="log", yscale="log")
-    for method, color in zip(methods, _COLORS):
+    for method, color in zip(methods, _METHOD_COLORS):
         own = [one for one in found if one.method == method and getattr(one, name) < 10.0]
         axis.plot(
             [one.whole for one in own], [100 * getattr(one, name) for one in own], color=color,

@@ -6,14 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.bare_balance import bare_balance
-from peg_on_hole_ros.study.cost_floor import noted, taken_anew
+from peg_on_hole_ros.study.cost_floor import cost_along, noted, taken_anew
 from peg_on_hole_ros.study.estimators import DEFAULT, ESTIMATORS, Estimator
 from peg_on_hole_ros.study.runs import Errors, Track, always_in_contact, errors, run, thinned
 from peg_on_hole_ros.study.scenes import (
-    KINDS,
+    SCENE_KINDS,
     Case,
     Least,
     bound_along,
@@ -29,6 +31,8 @@ OVERCONFIDENT_COVERAGE = 0.9
 LEAST_DETERMINED = 0.5
 # A slower wrench is one of those that come with an orientation [ns].
 JOINT_PERIOD_NS = 2_000_000
+# Whose steps are shown along a working cycle, in pieces of so long [s].
+CYCLE_METHODS, CYCLE_PIECE = ("mixture", "one_level"), 0.05
 # How often the steps of a motion are taken, to tell how far their times spread.
 STEP_TURNS = 7
 
@@ -163,7 +167,7 @@ def scores(
 
 
 def _kind_of(case):
-    return next((kind for kind, cases in KINDS.items() if case in cases), "")
+    return next((kind for kind, cases in SCENE_KINDS.items() if case in cases), "")
 
 
 def _begin(share, period_ns):
@@ -390,3 +394,40 @@ def front(cost: Sequence[float] | np.ndarray, error: Sequence[float] | np.ndarra
             kept.append(int(k))
             least = error[k]
     return kept
+
+
+class CyclePiece(NamedTuple):
+    """
+    What a step costs in a piece of a working cycle.
+
+    Attributes
+    ----------
+    method : str
+    t : float
+        Where it begins [s].
+    phase, mode : str
+        Of the cycle there, and the true contact mode.
+    step : float
+        As of `ChartScore`.
+
+    """
+
+    method: str
+    t: float
+    phase: str
+    mode: str
+    step: float
+
+
+def cycle_costs(truth: Truth, clock: Callable[[], float]) -> list[CyclePiece]:
+    """Return what the steps of CYCLE_METHODS cost along a cycle, in pieces."""
+    calls = noted(truth.plan.configuration, list(measure(truth, 1)), clock)
+    rows = []
+    for method in CYCLE_METHODS:
+        settings = default_settings(**(METHODS[method].settings or {}))
+        for piece in cost_along(calls, settings, clock, CYCLE_PIECE, STEP_TURNS):
+            k = min(int(np.searchsorted(truth.t_ns, 1e9 * piece.t)), len(truth.t_ns) - 1)
+            rows.append(
+                CyclePiece(method, piece.t, str(truth.phase[k]), str(truth.mode[k]), piece.step)
+            )
+    return rows

@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth
+from peg_on_hole_ros.study.chart import LEAST_DETERMINED
 from peg_on_hole_ros.study.cost_floor import noted, taken_anew
 from peg_on_hole_ros.study.motions import on_three
 from peg_on_hole_ros.study.runs import INSIDE_STDDEVS, Compared, Track, compared, run, thinned
@@ -18,11 +19,11 @@ from peg_on_hole_ros.study.scenes import first_samples
 
 # The wrench of a motion is thinned by these.
 THINNED = (1, 2, 4, 10)
-# Least share of determined reactions within 95 % bounds, and of samples with determined ones.
-LEAST_COVERED, LEAST_DETERMINED = 0.9, 0.5
+# Least share of determined reactions within 95 % bounds.
+LEAST_COVERED = 0.9
 # What may limit it: a name, and what a half of it is, or twice the rate.
 HALVED = ("force_stddev", "torque_stddev", "position_stddev")
-_WORDS = {
+_NOISE_WORDS = {
     "force_stddev": "noise of the force",
     "torque_stddev": "noise of the torque",
     "position_stddev": "noise of the orientation",
@@ -242,7 +243,7 @@ def limits(
     for name in HALVED:
         other = _with_half(truth, name)
         one = tried(other, chosen.method, every, seeds, clock)
-        yield Limit(f"half of the {_WORDS[name]}", one.reactions, one.tilt_rate)
+        yield Limit(f"half of the {_NOISE_WORDS[name]}", one.reactions, one.tilt_rate)
     if every > 1:
         faster = max(each for each in THINNED if each < every)
         one = tried(truth, chosen.method, faster, seeds, clock)

@@ -141,8 +141,9 @@ def cost_along(
     """
     calls = np.array(noted.calls)
     t = np.cumsum(np.where(calls[:, 0] == _PREDICT, calls[:, 1], 0.0))
-    edges = np.searchsorted(t, np.arange(0.0, t[-1] + piece, piece))
-    spans = [(begin, end) for begin, end in zip(edges, [*edges[1:], len(t)]) if begin < end]
+    # What is left over at the end is no piece.
+    edges = np.searchsorted(t, np.arange(0.0, t[-1], piece))
+    spans = [(begin, end) for begin, end in zip(edges, edges[1:]) if begin < end]
     spent = np.empty((turns, len(spans)))
     for turn in range(turns):
         peg = ContactFilter(*noted.arguments[:4], settings)

@@ -14,7 +14,7 @@ from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.truth import Truth, integrate
 
 # Simulated before the recording, in which the peg comes to lie on its contacts [s].
-LEAD_IN = 0.15
+CLOSING_LEAD_IN = 0.15
 # A plan is led on through gamma0 by so much tilt [rad], and loads there [N].
 BEYOND, WALL_LOADS = 0.02, (30.0, 30.0)
 # A recording is followed in pieces of [s], and is worth it from so long on [s].
@@ -101,7 +101,7 @@ def led_through(configuration: Configuration, motion: ClosingMotion, wrench_rate
     rates = np.array(first.rates)
     offset = [float(x / cell.stiffness) for x in cell.press]
     phases: dict[str, Any] = {}
-    tilt = motion.start_tilt - LEAD_IN * rates[0]
+    tilt = motion.start_tilt - CLOSING_LEAD_IN * rates[0]
     start = [float(tilt), 0.0, 0.0]
     for k, stage in enumerate(stages):
         duration = stage.duration if k else (stage.tilt - tilt) / rates[0]
@@ -159,7 +159,7 @@ def _integrated(
 ) -> Truth:
     cell = configuration.plan
     tree = {
-        "lead_in": min(LEAD_IN, 0.9 * sum(phase["duration"] for phase in phases.values())),
+        "lead_in": min(CLOSING_LEAD_IN, 0.9 * sum(phase["duration"] for phase in phases.values())),
         "wrench_rate": wrench_rate,
         "joint_rate": joint_rate_of(wrench_rate),
         "holder": {

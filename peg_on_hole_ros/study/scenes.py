@@ -95,7 +95,7 @@ _ROBOT = Case(
     frictions=(1.2, 1.2, 1.2),
 )  # fmt: skip
 # What is charted by itself: a cell has one of these, and methods differ from one to the next.
-KINDS: dict[str, tuple[Case, ...]] = {
+SCENE_KINDS: dict[str, tuple[Case, ...]] = {
     "closing": (
         Case("closing with slip", _SLIP),
         Case("closing without slip", _STRAIGHT),
@@ -137,7 +137,7 @@ KINDS: dict[str, tuple[Case, ...]] = {
         ),
     ),
 }
-CASES = tuple(case for cases in KINDS.values() for case in cases)
+CASES = tuple(case for cases in SCENE_KINDS.values() for case in cases)
 
 
 def case_configuration(case: Case, configuration: Configuration) -> Configuration:
@@ -223,6 +223,38 @@ def _into_the_hole(scene, holder):
             "down": {**insert, "duration": 0.4, **at(0.85)},
         },
     }
+
+
+def working_cycle(configuration: Configuration) -> Truth:
+    """Return a whole cycle: approach, closing, rest, lift-off, again, and into the hole."""
+    still, turn = [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+    gamma0 = configuration.scene.gamma0
+    phases = {
+        "approach": {"kind": "free", "duration": 0.6, "rates": turn, "offset": still},
+        "touch": {"kind": "contact", "duration": 0.3, "rates": turn,
+                  "offset": [-5e-4, 0.0, -1.5e-3]},
+        "close": {"kind": "contact", "duration": 1.0, "rates": [-0.12, 0.6, 1.2]},
+        "reverse": {"kind": "contact", "duration": 1.0, "rates": [-0.02, -0.6, -1.2]},
+        "come_to_rest": {"kind": "contact", "duration": 0.5},
+        "rest": {"kind": "contact", "duration": 0.6},
+        "turn": {"kind": "contact", "duration": 0.3, "rates": [0.0, 0.0, 1.0],
+                 "offset": [0.0, 0.0, -1e-3]},
+        "let_go": {"kind": "lift_off", "duration": 0.4, "rates": [0.0, 0.0, 0.5],
+                   "offset": [0.0, 0.0, 4e-3]},
+        "in_the_air": {"kind": "free", "duration": 0.6, "angles": [gamma0 + 0.13, 0.2, 0.8],
+                       "rates": turn, "offset": still},
+        "touch_again": {"kind": "contact", "duration": 0.3, "rates": turn,
+                        "offset": [0.0, 0.0, -1e-3]},
+        "close_again": {"kind": "contact", "duration": 0.5, "rates": [-0.16, 0.3, 1.5]},
+        "go_in": {"kind": "two_point", "duration": 0.8, "rates": [-0.06, 0.3, 1.5],
+                  "load": [60.0, 60.0]},
+        "insert": {"kind": "two_point", "duration": 0.5, "angles": [0.3 * gamma0, 0.8, 3.0],
+                   "load": [20.0, 20.0]},
+    }  # fmt: skip
+    start = {"angles": [gamma0 + 0.25, 0.4, 0.0], "offset": [0.0, 0.0, 0.01]}
+    holder = {"force_limit": 2000.0, "torque_limit": 200.0}
+    tree = {"settle": 0.06, "start": start, "holder": holder, "phases": phases}
+    return integrate(plan_from_tree(configuration, tree))
 
 
 def measured(case: Case, truth: Truth, seed: int) -> list[WrenchSample | JointSample]:

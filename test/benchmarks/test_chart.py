@@ -18,7 +18,7 @@ from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study import chart, cost_floor, runs, scenes
 from peg_on_hole_ros.study.bare_balance import bare_balance
 from peg_on_hole_ros.study.bound import Meaning
-from peg_on_hole_ros.study.estimators import BARE, DEFAULT, ESTIMATORS, PARTS
+from peg_on_hole_ros.study.estimators import BARE, DEFAULT, ESTIMATORS, LEFT_OUT
 
 pytest.importorskip("matplotlib.figure")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
@@ -61,12 +61,12 @@ def test_no_more_than_sixteen_points_and_each_row_its_own():
     others = [estimator for estimator in ESTIMATORS if not estimator.part]
     assert len(others) == 3 * len({estimator.name for estimator in others})
     assert [one.rate for one in shown if one.name == DEFAULT.name] == [1000, 500, 100]
-    assert {one.name for one in ESTIMATORS if one.part} == set(PARTS)
+    assert {one.name for one in ESTIMATORS if one.part} == set(LEFT_OUT)
 
 
 def test_every_kind_of_scene_has_its_motion():
     """Those on three contacts keep them to the end, and the others slide on two."""
-    for cases in scenes.KINDS.values():
+    for cases in scenes.SCENE_KINDS.values():
         truth = scenes.truth_of(cases[0], Configuration())
         assert len(truth.t_ns) > 400
         if cases[0].told:
@@ -77,7 +77,7 @@ def test_every_kind_of_scene_has_its_motion():
 
 
 def test_gears_turn_what_the_joints_say_and_nothing_else():
-    case = scenes.KINDS["robot cell"][0]
+    case = scenes.SCENE_KINDS["robot cell"][0]
     truth = scenes.truth_of(case, Configuration())
     bent, straight = scenes.measured(case, truth, 1), list(measure(truth, 1))
     off = []
@@ -100,7 +100,7 @@ def test_friction_is_that_of_the_leg():
 
 
 def test_in_the_hole_the_slide_counts_where_it_is_told():
-    case = scenes.KINDS["in the hole"][0]
+    case = scenes.SCENE_KINDS["in the hole"][0]
     truth = scenes.truth_of(case, Configuration())
     exact = np.hstack([truth.q, truth.rates, truth.normal])
     determined = truth.mode == "two_point"
@@ -324,8 +324,8 @@ def tiny(monkeypatch):
     monkeypatch.setattr(
         scenes, "truth_of", lambda *given: scenes.first_samples(whole(*given), 160)
     )
-    kinds = dict(list(scenes.KINDS.items())[:2])
-    monkeypatch.setattr(scenes, "KINDS", kinds)
+    kinds = dict(list(scenes.SCENE_KINDS.items())[:2])
+    monkeypatch.setattr(scenes, "SCENE_KINDS", kinds)
 
 
 def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
@@ -341,7 +341,7 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     assert main(["chart", "--quick", "--out", str(tmp_path)]) == 130
     assert main(["chart", "--quick", "--out", str(tmp_path)]) == 0
     # The first motion was there already.
-    first, second = (cases[0].name for cases in scenes.KINDS.values())
+    first, second = (cases[0].name for cases in scenes.SCENE_KINDS.values())
     assert calls == [first, second, second]
     found = rows(tmp_path / "chart.csv")
     names = [*map(str, command.ESTIMATORS), chart.BOUND]
@@ -352,7 +352,7 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     for name in ("chart", "chart_narrow", "chart_kinds", "chart_kinds_narrow"):
         svg = (tmp_path / f"{name}.svg").read_text(encoding="utf-8")
         # Two points, the bound and the whole path in each of the panels.
-        for label in ("mixture, 1 kHz", "100 Hz", "bound at 1 kHz", " whole path, 1 kHz"):
+        for label in ("mixture, 1 kHz", "100 Hz", "bound at 1 kHz", "whole path, 1 kHz "):
             assert svg.count(f">{label}</text>") == 2, label
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 

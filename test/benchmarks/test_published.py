@@ -39,7 +39,13 @@ def test_tables_are_those_of_the_files(made, name):
     [
         *((name, "") for name in PAGES),
         ("chart", "_kinds"),
-        *nightly(("chart", "_narrow"), ("chart", "_kinds_narrow"), ("stability", "_narrow")),
+        ("chart", "_cycle"),
+        *nightly(
+            ("chart", "_cycle_narrow"),
+            ("chart", "_narrow"),
+            ("chart", "_kinds_narrow"),
+            ("stability", "_narrow"),
+        ),
     ],
 )
 def test_pictures_are_those_of_the_files(made, name, end, tmp_path):

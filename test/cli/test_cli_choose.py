@@ -90,7 +90,7 @@ def test_a_recorded_motion_is_followed(planned):
     recorded = motions.Recorded(t, planned.q[:count], planned.rates[:count], push)
     again = motions.recorded_motion(planned.plan.configuration, recorded, 500)
     # By the lead-in later; the holder bends by some mrad under the torque of the load.
-    at = again.t_ns * 1e-9 + motions.LEAD_IN
+    at = again.t_ns * 1e-9 + motions.CLOSING_LEAD_IN
     for k in (0, 2):
         there = np.interp(at, t, planned.q[:count, k])
         assert np.abs(again.q[:, k] - there).max() < 0.02
@@ -134,7 +134,7 @@ def test_words_say_what_would_give_more():
 
 @pytest.fixture
 def few(monkeypatch):
-    monkeypatch.setattr(choose, "METHODS", ("mixture", "balance"))
+    monkeypatch.setattr(choose, "COMPARED", ("mixture", "balance"))
     monkeypatch.setattr(choose, "THINNED", (1, 10))
 
 
