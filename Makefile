@@ -76,7 +76,7 @@ format: $(STAMP)
 docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-chart: $(STAMP)  ## the pictures of chart and stability and their tables anew; some ten minutes
+chart: $(STAMP)  ## the pictures of chart and stability and their tables anew; half an hour
 	$(BIN)/peg-on-hole chart --out out/chart
 	$(BIN)/peg-on-hole stability --out out/chart
 	cp out/chart/*.csv docs/figures/

@@ -12,7 +12,7 @@ from statistics import median
 
 from peg_on_hole_ros.cli.chart import pieces_of, scores_of
 from peg_on_hole_ros.cli.pictures import save
-from peg_on_hole_ros.cli.stability import found_in
+from peg_on_hole_ros.cli.stability import edge_lines, found_in, verdicts_of
 from peg_on_hole_ros.plots import chart as chart_plot
 from peg_on_hole_ros.plots import stability as stability_plot
 from peg_on_hole_ros.study import chart, stability
@@ -107,15 +107,16 @@ def markdown(lines) -> str:
 
 
 def stability_table(found) -> str:
-    """Return the table of the map: in how many places each method comes to what."""
+    """Return the tables of the map: where the default ends, and what each method comes to."""
+    ends = [("all else as usual", "low side", "high side"), *edge_lines(found)]
     shown = [one for one in stability.Verdict if one is not stability.Verdict.NONE]
     lines = [("places", *(one.value for one in shown), "reactions off, median [%]")]
-    for k, name in enumerate(stability.COMPARED_METHODS):
-        own = [place[k] for places in found.values() for place in places]
-        counts = [sum(one.verdict is verdict for one in own) for verdict in shown]
-        off = median(one.reactions for one in own if one.reactions == one.reactions)
-        lines.append((name, *map(str, counts), _digits(100 * off, 2)))
-    return markdown(lines)
+    for name, verdicts in verdicts_of(found).items():
+        own = [result.reactions for (_, method), result in found.items() if method == name]
+        off = median(value for value in own if value == value)
+        counts = [str(verdicts.count(verdict)) for verdict in shown]
+        lines.append((name, *counts, _digits(100 * off, 2)))
+    return f"{markdown(ends)}\n\n{markdown(lines)}"
 
 
 def made(figures: Path) -> dict[str, tuple[str, dict]]:

@@ -286,7 +286,7 @@ def _stability(commands):
     command = _command(
         commands,
         "stability",
-        "where estimators hold, err or diverge: rate, size, lever, speed, friction, clearance",
+        "where estimators hold, err or diverge, and where the default ends",
         "  peg-on-hole stability --out stability --quick",
     )
     _study(command)

@@ -63,6 +63,10 @@ def bare_balance(
             (sample.t_ns - START_NS, [*now.q, *rates, *reactions],
              [*angle, *(np.sqrt(2.0) * angle / dt), *spread])
         )  # fmt: skip
+    if not rows:
+        # Orientations further apart than the window give no rates.
+        nothing = np.empty((0, 9))
+        return Track(np.empty(0, np.int64), nothing, nothing, np.empty(0, bool), seconds)
     t_ns, values, stddev = (np.array(each) for each in zip(*rows))
     return Track(t_ns, values, stddev, np.ones(len(t_ns), bool), seconds)
 

@@ -1,6 +1,6 @@
-"""Where estimators hold, err or diverge: one quantity of the cell at a time, over its range."""
+"""Where estimators hold, err or diverge: what becomes of one at a place of the map."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -9,31 +9,36 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
-from peg_on_hole_ros.sim.plan import plan_from_tree
-from peg_on_hole_ros.sim.truth import Truth, integrate
+from peg_on_hole_ros.sim.truth import Truth
+from peg_on_hole_ros.study.bare_balance import bare_balance
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED
-from peg_on_hole_ros.study.estimators import DDE_DRIVEN, by_method
-from peg_on_hole_ros.study.runs import always_in_contact, errors, run
-from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
+from peg_on_hole_ros.study.estimators import BARE, DDE_DRIVEN, by_method
+from peg_on_hole_ros.study.map_places import MapPlace, truth_at
+from peg_on_hole_ros.study.runs import (
+    INSIDE_STDDEVS,
+    Track,
+    always_in_contact,
+    compared,
+    run,
+)
 
-COMPARED_METHODS = {
-    "mixture": partial(by_method, "mixture"),
-    "balance": partial(by_method, "balance"),
+DEFAULT = "mixture"
+# None: the bare balance, which is no estimator of the pipeline.
+COMPARED_METHODS: dict[str, Make | None] = {
+    DEFAULT: partial(by_method, DEFAULT),
     "one_level": partial(by_method, "one_level"),
+    "balance": partial(by_method, "balance"),
     "dde_driven": DDE_DRIVEN.make,
     "unscented": partial(by_method, "unscented"),
     "particles_1000": partial(by_method, "particles_1000"),
+    BARE: None,
 }
 # Of 95 % bounds, of the least covered quantity.
-LEAST_COVERAGE = 0.85
-# Turns as fast as the paper's go with its closing: 2 rad/s with 0.16 rad/s.
-_TURN = 12.5
-# Rates at the ends of the legs, in the speed of closing: turns that reverse, and tilt once too.
-_LEGS = ((-1.0, 0.3, 1.0), (-0.5, -0.3, -1.0), (0.2, 0.3, 1.0), (-1.0, 0.3, -1.0))
-_HOLE, _STIFF, _ROTATIONAL = 0.05, 2e4, 2e3
-_SHORTEST = 100
+LEAST_COVERAGE = 0.9
+QUANTITIES = ("gamma", "psi", "phi", "gamma'", "psi'", "phi'", "N_K", "N_B1", "N_B2")
+_STATES = 6
 
 
 class Verdict(Enum):
@@ -46,166 +51,161 @@ class Verdict(Enum):
     NONE = "no motion on three contacts"
 
 
-class MapPlace(NamedTuple):
-    """
-    A cell and a motion in it.
-
-    Attributes
-    ----------
-    rate : float
-        Of the wrench [Hz]; orientations at 500 Hz at most.
-    size : float
-        Diameter of the hole [m]; height, clearance and holder go with it.
-    lever : float
-        From the lower end of the peg to the sensor [m].
-    speed : float
-        Of closing [rad/s].
-    friction : float
-    clearance : float
-        [% of the diameter].
-
-    """
-
-    rate: float = 1000.0
-    size: float = _HOLE
-    lever: float = 0.07
-    speed: float = 0.16
-    friction: float = 0.2
-    clearance: float = 0.2
-
-
-class Axis(NamedTuple):
-    """
-    A quantity of the map: its field in `MapPlace`, a label, and its range in the units there.
-
-    Where there are values that sensors have, the nearest of them are taken.
-    """
-
-    name: str
-    label: str
-    low: float
-    high: float
-    usual: tuple[float, ...] = ()
-
-    def places(self, count: int) -> Iterator[MapPlace]:
-        """Yield places along the axis, all else as usual."""
-        for value in np.geomspace(self.low, self.high, count).tolist():
-            near = min(self.usual, key=lambda one: abs(np.log(one / value)), default=value)
-            yield MapPlace(**{self.name: near})
-
-
-# Those of force-torque sensors [Hz].
-SENSOR_RATES = (100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 2500.0, 4000.0, 5000.0)
-MAP_AXES = (
-    Axis("rate", "wrench, 100–5000 Hz", 100.0, 5000.0, SENSOR_RATES),
-    Axis("size", "diameter, 4–100 mm", 0.004, 0.1),
-    Axis("lever", "sensor lever, 20–400 mm", 0.02, 0.4),
-    Axis("speed", "closing, 0.01–0.64 rad/s", 0.01, 0.64),
-    Axis("friction", "friction, 0.05–0.6", 0.05, 0.6),
-    Axis("clearance", "clearance, 0.04–4 %", 0.04, 4.0),
-)
-MAP_COLUMNS = (
-    "axis", *MapPlace._fields,
-    "method", "verdict", "reactions", "states_inside", "reactions_inside", "determined",
-)  # fmt: skip
-
-
 class Result(NamedTuple):
     """
-    One method at one place, the worst of its seeds.
+    One method at one place, over all seeds of the noise together.
 
     Attributes
     ----------
     method : str
+    seeds : int
     verdict : Verdict
-    reactions : float
-        Root mean square of the error over the mean reaction.
-    states_inside, reactions_inside : float
-        Least share of a quantity within the stated 95 %; of reactions where they are determined.
+    worst : str
+        Of QUANTITIES that which lies least within its bounds.
+    inside : float
+        Share of it within the stated 95 %; of reactions where they are determined.
     determined : float
         Share of samples.
+    reactions : float
+        Root mean square of the error over the mean reaction; NaN where none are told.
+    lost : int
+        Seeds.
 
     """
 
     method: str
+    seeds: int
     verdict: Verdict
-    reactions: float
-    states_inside: float
-    reactions_inside: float
-    determined: float
+    worst: str = ""
+    inside: float = float("nan")
+    determined: float = float("nan")
+    reactions: float = float("nan")
+    lost: int = 0
 
 
-def truth_at(place: MapPlace, configuration: Configuration) -> Truth | None:
-    """Return the motion at a place as far as it keeps three contacts; None: it does not begin."""
-    D, scaled = place.size, place.size / _HOLE
-    scene = replace(
-        configuration.scene, hole_diameter=D, peg_diameter=D * (1.0 - 0.01 * place.clearance),
-        peg_height=1.4 * D, friction=place.friction, mass_center_height=0.0,
-        transverse_inertia=0.0, axial_inertia=0.0,
-    )  # fmt: skip
-    wrench = replace(configuration.wrench, sensor_xyz=(0.0, 0.0, place.lever))
-    rate = round(place.rate)
-    # Each orientation comes with a wrench.
-    joint_rate = rate // -(-rate // 500)
-    v, w = place.speed, min(_TURN * place.speed, 5.0)
-    legs = [[v * a, w * b, w * c] for a, b, c in _LEGS]
-    travel = LEG * sum((a[0] + b[0]) / 2 for a, b in zip(legs, legs[1:]))
-    start = 1.4 * scene.gamma0 - travel - LEAD_IN * legs[0][0]
-    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": legs[0]}}
-    for i, leg in enumerate(legs[1:]):
-        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": leg}
-    tree = {
-        "lead_in": LEAD_IN,
-        "wrench_rate": rate,
-        "joint_rate": joint_rate,
-        "holder": {
-            "stiffness": _STIFF, "rotational_stiffness": _ROTATIONAL * scaled**2,
-            "force_limit": 1000.0, "torque_limit": 200.0,
-        },
-        "start": {"angles": [start, 0.0, 0.0], "rates": legs[0], "offset": [0.0, 0.0, -1e-3]},
-        "phases": phases,
-    }  # fmt: skip
-    plan = plan_from_tree(replace(configuration, scene=scene, wrench=wrench), tree)
-    try:
-        truth = integrate(plan)
-    except PegOnHoleError:
-        return None
-    good = (truth.mode == "three_point") & truth.known
-    count = len(good) if good.all() else int(np.argmin(good))
-    return first_samples(truth, count) if count * 1000 >= _SHORTEST * rate else None
+class Settled(NamedTuple):
+    """
+    A track beside the truth, once it has settled.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n, 9)
+        As `runs.Track.values`.
+    inside : ndarray of bool, shape (n, 9)
+        Within the stated 95 %.
+    determined : ndarray of bool, shape (n,)
+    reacts : bool
+        It tells reactions.
+    lost : bool
+        Something is not finite, or the orientation ends too far off.
+
+    """
+
+    error: np.ndarray
+    inside: np.ndarray
+    determined: np.ndarray
+    reacts: bool
+    lost: bool
 
 
-def examine(place: MapPlace, configuration: Configuration, seeds: Iterable[int]) -> list[Result]:
-    """Return what becomes of each method at a place."""
-    truth = truth_at(place, configuration)
-    if truth is None:
-        return [Result(name, Verdict.NONE, *(float("nan"),) * 4) for name in COMPARED_METHODS]
-    exact = sensor_wrench(truth)
-    measured = [list(measure(truth, seed, exact=exact)) for seed in seeds]
+def settled(truth: Truth, track: Track) -> Settled:
+    """Return a track on three contacts beside a truth whose samples hold all its stamps."""
+    found = compared(truth, track) if len(track.t_ns) else None
+    if found is None:
+        nothing = np.empty((0, 9))
+        return Settled(nothing, nothing.astype(bool), np.empty(0, bool), False, False)
+    # A NaN of what is told is no answer; one of what is not is left out.
+    reacts = bool(np.isfinite(found.error[:, _STATES:]).any())
+    finite = bool(np.isfinite(found.error[:, : None if reacts else _STATES]).all())
+    inside = np.abs(found.error) <= INSIDE_STDDEVS * found.stddev
+    return Settled(found.error, inside, found.determined, reacts, found.lost or not finite)
+
+
+class Examiner:
+    """
+    Tells what becomes of methods at places; keeps the last place's motion.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        What places differ from.
+
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        self.configuration = configuration
+        self._place: MapPlace | None = None
+        self._truth: Truth | None = None
+        self._exact = np.empty((0, 6))
+
+    def __call__(self, place: MapPlace, method: str, seeds: Iterable[int]) -> Result:
+        """Return what becomes of a method of COMPARED_METHODS."""
+        if place != self._place:
+            self._place, self._truth = place, truth_at(place, self.configuration)
+            if self._truth is not None:
+                self._exact = sensor_wrench(self._truth)
+        seeds = list(seeds)
+        if self._truth is None:
+            return Result(method, len(seeds), Verdict.NONE)
+        return _examined(self._truth, self._exact, method, seeds)
+
+
+def _examined(truth, exact, method, seeds):
+    configuration, make = _told(truth), COMPARED_METHODS[method]
     found = []
-    for name, make in COMPARED_METHODS.items():
-        results = [_judged(name, truth, samples, make) for samples in measured]
-        found.append(max(results, key=lambda result: _BADNESS[result.verdict]))
-    return found
+    for seed in seeds:
+        samples = list(measure(truth, seed, exact=exact))
+        with np.errstate(invalid="ignore", over="ignore"):
+            if make is None:
+                track = bare_balance(configuration, samples, _no_clock)
+            else:
+                track = run(configuration, samples, _no_clock, make)
+            found.append(settled(truth, track))
+    return judged(method, found, float(truth.normal.mean()))
 
 
-_BADNESS = {verdict: k for k, verdict in enumerate(Verdict)}
+def _told(truth: Truth) -> Configuration:
+    """Return what an estimator is told: nothing of a delay."""
+    configuration = truth.plan.configuration
+    joints = replace(configuration.joints, delay=0.0)
+    return always_in_contact(replace(configuration, joints=joints))
 
 
-def _judged(name, truth, samples, make):
-    with np.errstate(invalid="ignore", over="ignore"):
-        track = run(always_in_contact(truth.plan.configuration), samples, _no_clock, make)
-        off = errors(truth, track)
-    verdict = Verdict.HOLDS
-    if off.lost:
-        verdict = Verdict.DIVERGED
-    elif off.states_inside < LEAST_COVERAGE or off.reactions_inside < LEAST_COVERAGE:
-        verdict = Verdict.ERRS
-    elif off.determined < LEAST_DETERMINED:
-        verdict = Verdict.UNTOLD
-    return Result(
-        name, verdict, off.reactions, off.states_inside, off.reactions_inside, off.determined
+def judged(method: str, found: list, mean_reaction: float) -> Result:
+    """
+    Return what runs with one seed each, as of `settled`, come to together.
+
+    Parameters
+    ----------
+    method : str
+    found : list of Settled
+    mean_reaction : float
+        [N].
+
+    """
+    error, inside, determined = (
+        np.concatenate([getattr(one, part) for one in found])
+        for part in ("error", "inside", "determined")
     )
+    reacts = any(one.reacts for one in found)
+    lost = sum(one.lost for one in found)
+    if not len(error):
+        return Result(method, len(found), Verdict.UNTOLD, determined=0.0)
+    shares = inside[:, :_STATES].mean(axis=0).tolist()
+    if reacts and determined.any():
+        shares += inside[determined, _STATES:].mean(axis=0).tolist()
+    worst = int(np.argmin(shares))
+    share = float(determined.mean()) if reacts else 0.0
+    verdict = Verdict.HOLDS
+    if lost:
+        verdict = Verdict.DIVERGED
+    elif shares[worst] < LEAST_COVERAGE:
+        verdict = Verdict.ERRS
+    elif share < LEAST_DETERMINED:
+        verdict = Verdict.UNTOLD
+    with np.errstate(invalid="ignore", over="ignore"):
+        off = float(np.sqrt(np.mean(error[:, _STATES:] ** 2))) / mean_reaction
+    return Result(method, len(found), verdict, QUANTITIES[worst], shares[worst], share, off, lost)
 
 
 def _no_clock():

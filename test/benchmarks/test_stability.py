@@ -1,7 +1,8 @@
-"""`stability`: what a verdict says, and that the command goes on and gives the same."""
+"""`stability`: what a verdict says, where an edge is, and that the command goes on."""
 
 import csv
 
+import numpy as np
 import pytest
 
 from peg_on_hole_ros.cli import stability as command
@@ -9,11 +10,17 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.registry import make_filter
+from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.study import edges, map_places
 from peg_on_hole_ros.study import stability as study
-from peg_on_hole_ros.study.stability import MapPlace, Verdict, examine, truth_at
+from peg_on_hole_ros.study.bare_balance import bare_balance
+from peg_on_hole_ros.study.map_places import MAP_AXES, MapPlace, sensor_rates, truth_at
+from peg_on_hole_ros.study.stability import Examiner, Result, Settled, Verdict, judged
+from simulated import ROOT
 
 pytest.importorskip("matplotlib.figure")
 SEED = 3
+AXES = {axis.name: axis for axis in MAP_AXES}
 
 
 class Surer(ContactFilter):
@@ -43,103 +50,311 @@ def unwound(scene, options, noise, offsets=None):
     return Unwound(scene, options, noise, offsets)
 
 
+def a_run(*, outside=0, of=None, determined=100, lost=False, reacts=True):
+    """Return a run of 100 samples with some of one quantity beyond their bounds."""
+    inside = np.ones((100, 9), bool)
+    if of is not None:
+        inside[:outside, study.QUANTITIES.index(of)] = False
+    return Settled(np.ones((100, 9)), inside, np.arange(100) < determined, reacts, lost)
+
+
+@pytest.mark.parametrize(
+    ("runs", "verdict", "worst"),
+    [
+        ([a_run()] * 10, Verdict.HOLDS, "gamma"),
+        ([a_run(outside=10, of="psi'")] * 10, Verdict.HOLDS, "psi'"),
+        ([a_run(outside=11, of="psi'")] * 10, Verdict.ERRS, "psi'"),
+        # All seeds count together: one that is far off may be by chance, half of them are not.
+        ([a_run(outside=90, of="phi"), *[a_run()] * 9], Verdict.HOLDS, "phi"),
+        ([a_run(outside=30, of="phi")] * 5 + [a_run()] * 5, Verdict.ERRS, "phi"),
+        # Reactions count where they are determined: of the first 60 here, 7 are off.
+        ([a_run(outside=7, of="N_B1", determined=60)], Verdict.ERRS, "N_B1"),
+        ([a_run(outside=7, of="N_B1")], Verdict.HOLDS, "N_B1"),
+        ([a_run(determined=50)], Verdict.HOLDS, "gamma"),
+        ([a_run(determined=49)], Verdict.UNTOLD, "gamma"),
+        ([a_run(determined=0)], Verdict.UNTOLD, "gamma"),
+        ([a_run(reacts=False)], Verdict.UNTOLD, "gamma"),
+        ([a_run(lost=True), *[a_run()] * 9], Verdict.DIVERGED, "gamma"),
+    ],
+)
+def test_verdicts(runs, verdict, worst):
+    result = judged("any", runs, 1.0)
+    assert (result.verdict, result.worst) == (verdict, worst)
+    assert result.seeds == len(runs)
+
+
+def test_who_tells_nothing_is_not_lost():
+    nothing = Settled(np.empty((0, 9)), np.empty((0, 9), bool), np.empty(0, bool), False, False)
+    result = judged("any", [nothing] * 2, 1.0)
+    assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
+
+
+def looked_at(axis, verdict_of, ratio=edges.EDGE_RATIO):
+    """Return what is found of an axis on which a made-up function gives the verdicts."""
+    found = {}
+
+    def look(value):
+        verdict = verdict_of(value)
+        found[axis.place(value), study.DEFAULT] = Result(
+            study.DEFAULT, 10, verdict, "gamma'", 0.84, 0.31, 0.1, 2
+        )
+
+    for value in axis.values:
+        look(value)
+    looks = 0
+    for place in command.edge_places(found, axis, ratio):
+        look(getattr(place, axis.name))
+        looks += 1
+    return found, looks
+
+
+@pytest.mark.parametrize("name", ["rate", "speed", "clearance", "wrench_noise"])
+def test_edges_are_found_by_halving(name):
+    axis = AXES[name]
+    values = axis.values
+    # Somewhere between the first and the last two values.
+    low, high = values[0] ** 0.37 * values[1] ** 0.63, values[-2] ** 0.81 * values[-1] ** 0.19
+
+    def verdict_of(value):
+        return Verdict.HOLDS if low <= value <= high else Verdict.ERRS
+
+    found, looks = looked_at(axis, verdict_of)
+    below, above = (edges.edge_of(found, axis, side) for side in edges.SIDES)
+    assert below.first < low <= below.last <= below.first * edges.EDGE_RATIO
+    assert above.last <= high < above.first <= above.last * edges.EDGE_RATIO
+    # As many as halving takes, and one for values that are rounded.
+    steps = sum(
+        np.log2(np.log(b / a) / np.log(edges.EDGE_RATIO)) for a, b in (values[:2], values[-2:])
+    )
+    assert looks <= np.ceil(steps) + 2
+    # A rougher edge takes less.
+    assert looked_at(axis, verdict_of, 2.0)[1] < looks
+
+
+def test_an_edge_is_the_first_on_the_way_from_the_usual_value():
+    axis = AXES["friction"]
+    found, _ = looked_at(
+        axis, lambda value: Verdict.HOLDS if value < 0.3 or value > 1.0 else Verdict.ERRS
+    )
+    edge = edges.edge_of(found, axis, "above")
+    assert edge.last < 0.3 <= edge.first
+    words = edges.in_words(edge)
+    assert words.startswith(f"above {axis.text(edge.last)} bounds hold in 84 % (gamma')")
+    assert words.endswith("; holds again at 1.2")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        (Verdict.ERRS, "bounds hold in 84 % (gamma')"),
+        (Verdict.UNTOLD, "reactions are determined in 31 %"),
+        (Verdict.DIVERGED, "2 of 10 runs are lost"),
+        (Verdict.NONE, "there is no motion on three contacts"),
+    ],
+)
+def test_edges_in_words(verdict, words):
+    axis = AXES["size"]
+    found, _ = looked_at(axis, lambda value: verdict if value > 0.08 else Verdict.HOLDS)
+    edge = edges.edge_of(found, axis, "above")
+    text = edges.in_words(edge)
+    assert text == f"above {axis.text(edge.last)} {words}; at 300 mm {words}"
+    assert edges.in_words(edges.edge_of(found, axis, "below")) == "no edge down to 0.5 mm"
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.84, "84 %"), (0.897, "89.7 %"), (0.8998, "89.98 %"), (0.0004, "0 %")]
+)
+def test_a_share_is_told_from_the_limit_that_it_misses(share, text):
+    result = Result(study.DEFAULT, 10, Verdict.ERRS, "phi'", share)
+    assert edges.what(result) == f"bounds hold in {text} (phi')"
+
+
+def test_words_where_there_is_nothing_to_halve():
+    late = AXES["delay"]
+    found, looks = looked_at(late, lambda value: Verdict.DIVERGED if value else Verdict.HOLDS)
+    assert looks == 0
+    assert edges.in_words(edges.edge_of(found, late, "above")).startswith("above 0 ms ")
+    # Nothing is earlier than in time, and nothing stiffer than rigid.
+    assert edges.in_words(edges.edge_of(found, late, "below")) == ""
+    contact = AXES["contact"]
+    found, _ = looked_at(contact, lambda value: Verdict.HOLDS)
+    assert edges.in_words(edges.edge_of(found, contact, "above")) == ""
+    assert edges.in_words(edges.edge_of(found, contact, "below")) == "no edge down to 1 N/um"
+    found, looks = looked_at(contact, lambda value: Verdict.HOLDS if value > 5e8 else Verdict.ERRS)
+    assert looks == 0
+    assert edges.in_words(edges.edge_of(found, contact, "below")).startswith("at 300 N/um bounds")
+    found, looks = looked_at(contact, lambda value: Verdict.ERRS)
+    assert looks == 0
+    assert edges.in_words(edges.edge_of(found, contact, "below")).startswith("not at rigid: ")
+
+
+@pytest.mark.parametrize("axis", MAP_AXES, ids=lambda axis: axis.name)
+def test_axes_rise_through_the_usual_value(axis):
+    assert list(axis.values) == sorted(set(axis.values)) and axis.usual in axis.values
+    assert all(axis.rounded(value) == value for value in axis.values)
+
+
+@pytest.mark.parametrize("pair", map_places.PAIRS, ids=lambda pair: pair.across.name)
+def test_two_quantities_take_values_of_the_axes(pair):
+    """So a place that is on an axis too has the seeds of the axis."""
+    for axis in pair:
+        assert set(axis.values) <= set(AXES[axis.name].values)
+
+
+@pytest.mark.parametrize("rate", [10, 30, 316, 500, 501, 777, 1000, 1373, 4473, 20000])
+def test_orientations_come_with_wrenches(rate):
+    wrench, joint = sensor_rates(rate)
+    assert wrench % joint == 0 and joint <= 500 and abs(wrench - rate) <= 0.01 * rate
+
+
+def test_the_first_seeds_of_a_place_stand():
+    jobs = command.jobs_of(command.WHOLE)
+    assert len({(job.place, job.method) for job in jobs}) == len(jobs)
+    usual = [job for job in jobs if job.place == MapPlace()]
+    assert [job.method for job in usual] == list(study.COMPARED_METHODS)
+    assert usual[0].seeds == command.WHOLE.seeds == 10
+
+
 @pytest.mark.nightly
 def test_what_holds_what_errs_and_what_diverges(monkeypatch):
     methods = {"default": make_filter, "surer": surer, "unwound": unwound}
     monkeypatch.setattr(study, "COMPARED_METHODS", methods)
-    found = {result.method: result for result in examine(MapPlace(), Configuration(), [SEED])}
+    examine = Examiner(Configuration())
+    found = {name: examine(MapPlace(), name, [SEED, 4, 5]) for name in methods}
     assert found["default"].verdict is Verdict.HOLDS
-    assert found["default"].reactions_inside > 0.9 and found["default"].states_inside > 0.9
     assert found["surer"].verdict is Verdict.ERRS
     # Whether a sample is beyond gamma0 it takes from its covariance too.
     assert found["surer"].reactions == pytest.approx(found["default"].reactions, rel=0.05)
-    assert found["unwound"].verdict is Verdict.DIVERGED
-
-
-def test_the_worst_seed_is_told(monkeypatch):
-    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter})
-    run, calls = study.run, []
-
-    def second_is_off(*arguments):
-        calls.append(arguments)
-        track = run(*arguments)
-        if len(calls) == 2:
-            track.values[-1, 0] += 0.1
-        return track
-
-    monkeypatch.setattr(study, "run", second_is_off)
-    (result,) = examine(MapPlace(), Configuration(), [SEED, 4, 5])
-    assert len(calls) == 3 and result.verdict is Verdict.DIVERGED
-
-
-@pytest.mark.nightly
-def test_reactions_that_are_not_told_are_no_error(monkeypatch):
-    def silent(*arguments):
-        track = run(*arguments)
-        track.determined[:] = False
-        return track
-
-    run = study.run
-    monkeypatch.setattr(study, "run", silent)
-    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter})
-    (result,) = examine(MapPlace(), Configuration(), [SEED])
-    assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
+    assert found["unwound"].verdict is Verdict.DIVERGED and found["unwound"].lost == 3
 
 
 @pytest.mark.nightly
 def test_a_place_is_what_is_simulated():
-    truth = truth_at(MapPlace(rate=400.0, size=0.02, lever=0.1, friction=0.3), Configuration())
+    place = MapPlace(
+        rate=400.0, size=0.02, lever=0.1, friction=0.3, wrench_noise=2.0, angle_noise=3.0,
+        delay=0.002, holder=2.0, friction_step=0.1,
+    )  # fmt: skip
+    usual = Configuration()
+    truth = truth_at(place, usual)
     plan = truth.plan
-    scene = plan.configuration.scene
+    scene, wrench = plan.configuration.scene, plan.configuration.wrench
     assert plan.wrench_rate == 400 and plan.joint_rate == 400
     assert scene.hole_diameter == 0.02 and scene.friction == 0.3
     assert scene.hole_diameter - scene.peg_diameter == pytest.approx(4e-5)
-    assert plan.configuration.wrench.sensor_xyz == (0.0, 0.0, 0.1)
+    assert wrench.sensor_xyz == (0.0, 0.0, 0.1)
+    assert wrench.force_stddev == 2.0 * usual.wrench.force_stddev
+    assert plan.configuration.joints.position_stddev == 3.0 * usual.joints.position_stddev
+    assert plan.holder.stiffness == 4e4 and plan.holder.force_limit > 100.0
     # At the begin; the holder gives, and slows down from there on.
     assert -truth.rates[0, 0] == pytest.approx(0.16, rel=0.02)
-    for axis in study.MAP_AXES:
-        for far in axis.places(2):
-            assert truth_at(far, Configuration()) is not None, far
-    # A peg that the rim cannot hold from the begin on.
-    assert truth_at(MapPlace(speed=3.0), Configuration()) is None
+    # Force over normal force is Coulomb's: at K, whose normal is its own, before and after.
+    share = np.linalg.norm(truth.contact_force[:, 0], axis=1) / truth.normal[:, 0]
+    friction = np.sqrt(share**2 - 1.0)
+    # Slip is thousands of times the scale of the regularised law: 1e-3 is left.
+    assert friction[10] == pytest.approx(0.3, rel=1e-3)
+    assert friction[-10] == pytest.approx(0.4, rel=1e-3)
+    # Orientations come 2 ms late, and the estimator is told of none.
+    first = [sample.t_ns for sample in measure(truth, SEED)][:2]
+    assert first[1] - first[0] == 2_000_000
+    assert study._told(truth).joints.delay == 0.0
+    for axis in MAP_AXES:
+        for far in {axis.values[1], axis.values[-2]}:
+            assert truth_at(axis.place(far), usual) is not None, (axis.name, far)
+    # A peg that is over its way before anything is told.
+    assert truth_at(MapPlace(speed=5.0), usual) is None
 
 
-def test_rates_are_those_of_sensors():
-    rates = [place.rate for place in study.MAP_AXES[0].places(8)]
-    assert rates == sorted(set(rates)) and set(rates) <= set(study.SENSOR_RATES)
+@pytest.mark.nightly
+def test_stiff_contacts_come_to_rigid_ones():
+    rigid, stiff = (
+        truth_at(MapPlace(contact=contact), Configuration()) for contact in (np.inf, 1e10)
+    )
+    assert len(rigid.t_ns) == len(stiff.t_ns)
+    # The place is led otherwise between the ends of legs, which is some newtons of 20 to 150.
+    off = np.abs(stiff.normal - rigid.normal)
+    assert np.median(off) < 0.02 * rigid.normal.mean()
+    assert np.abs(stiff.q - rigid.q).max() < 2e-3
+
+
+def test_a_bare_balance_without_rates_tells_nothing():
+    truth = truth_at(MapPlace(rate=50.0), Configuration())
+    track = bare_balance(truth.plan.configuration, list(measure(truth, SEED)), lambda: 0.0)
+    assert len(track.t_ns) == 0 and track.values.shape == (0, 9)
 
 
 @pytest.fixture
 def tiny(monkeypatch):
-    monkeypatch.setattr(command, "QUICK_MAP_PLACES", 2)
-    monkeypatch.setattr(study, "MAP_AXES", (study.MAP_AXES[0], study.MAP_AXES[4]))
-    monkeypatch.setattr(study, "COMPARED_METHODS", {"default": make_filter, "surer": surer})
+    speed, friction = AXES["speed"], AXES["friction"]
+    axes = (
+        speed._replace(values=(0.04, 0.16, 0.64)),
+        friction._replace(values=(0.1, 0.2)),
+    )
+    monkeypatch.setattr(map_places, "MAP_AXES", axes)
+    monkeypatch.setattr(map_places, "PAIRS", (map_places.Pair(*axes),))
+    monkeypatch.setattr(study, "COMPARED_METHODS", {study.DEFAULT: make_filter, "surer": surer})
 
 
 @pytest.mark.nightly
 def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsys):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     assert main(["stability", "--quick", "--out", str(whole)]) == 0
-    assert "surer" in capsys.readouterr().out
-    calls = []
+    said = capsys.readouterr().out
+    assert "surer" in said and "  closing: no edge down to 40 mrad/s; no edge up to " in said
+    calls, examine = [], Examiner.__call__
 
-    def until_interrupted(*arguments):
+    def until_interrupted(self, *arguments):
         calls.append(arguments)
         if len(calls) == 3:
             raise KeyboardInterrupt
-        return examine(*arguments)
+        return examine(self, *arguments)
 
-    monkeypatch.setattr(study, "examine", until_interrupted)
+    monkeypatch.setattr(Examiner, "__call__", until_interrupted)
     assert main(["stability", "--quick", "--out", str(cut)]) == 130
     assert main(["stability", "--quick", "--out", str(cut)]) == 0
-    # Four places, the third of them begun twice.
-    assert len(calls) == 4 + 1
+    # Four places of two methods, two more of the default alone; the third is begun twice.
+    assert len(calls) == 4 * 2 + 2 + 1
     for name in ("stability.csv", "stability.svg"):
         assert (cut / name).read_bytes() == (whole / name).read_bytes()
     with (whole / "stability.csv").open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
-    assert len(found) == 4 * 2
-    verdicts = {row["method"]: set() for row in found}
-    for row in found:
-        verdicts[row["method"]].add(row["verdict"])
-    assert verdicts["surer"] == {Verdict.ERRS.value}
+    assert len(found) == 4 * 2 + 2
+    assert {row["verdict"] for row in found if row["method"] == "surer"} == {Verdict.ERRS.value}
+
+
+@pytest.mark.nightly
+def test_an_edge_that_is_looked_for_is_told(tmp_path, tiny, monkeypatch, capsys):
+    """Beyond 0.3 rad/s nothing holds here; the command halves down to it."""
+    examine = Examiner.__call__
+
+    def slow_alone(self, place, method, seeds):
+        if place.speed > 0.3:
+            return Result(method, 1, Verdict.ERRS, "phi'", 0.5, 1.0, 0.1)
+        return examine(self, place, method, seeds)
+
+    monkeypatch.setattr(Examiner, "__call__", slow_alone)
+    monkeypatch.setattr(command, "QUICK", replace_ratio(command.QUICK, 1.1))
+    assert main(["stability", "--quick", "--out", str(tmp_path)]) == 0
+    (line,) = (one for one in capsys.readouterr().out.splitlines() if "closing:" in one)
+    told = float(line.split("above ")[1].split(" mrad/s")[0])
+    assert 300.0 / 1.1 * 0.98 <= told <= 300.0
+    assert "bounds hold in 50 % (phi')" in line
+
+
+def replace_ratio(counts, ratio):
+    return counts._replace(edge_ratio=ratio)
+
+
+def test_what_is_published_is_whole():
+    """Every edge of the default is found there, over ten seeds, and every place is compared."""
+    path = ROOT / "docs" / "figures" / "stability.csv"
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert tuple(rows[0]) == command.COLUMNS
+    found = command.found_in(rows[1:])
+    for job in command.jobs_of(command.WHOLE):
+        assert found[job.place, job.method].seeds == job.seeds
+    for axis in MAP_AXES:
+        assert list(command.edge_places(found, axis, edges.EDGE_RATIO)) == []
+        for side in edges.SIDES:
+            for _, result in edges.edge_of(found, axis, side).results:
+                assert result.seeds == command.WHOLE.seeds
