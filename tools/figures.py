@@ -97,6 +97,8 @@ def _each(texts):
 def _digits(value, count):
     if value == float("inf"):
         return "lost"
+    if value >= 10**count:
+        return f"{value:.0f}"
     return f"{value:#.{count}g}".rstrip(".")
 
 
