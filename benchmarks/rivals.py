@@ -23,6 +23,7 @@ from peg_on_hole_ros.estimator.methods.method import of_settings
 from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.study.estimators import NEAREST_LEVELS
 from peg_on_hole_ros.study.runs import always_in_contact, errors, run
 
 FIRST_SEED = 840_000
@@ -186,9 +187,12 @@ def report(found, options) -> Report:
 
 
 def _own(method, seeds):
+    """Return what the chart has a method with."""
     settings = default_settings(**(METHODS[method].settings or {}))
     levels = tuple(float(settings.mode_stddev[k]) for k in range(settings.modes))
-    return Setting(method, levels, seeds)
+    return Setting(
+        method, (NEAREST_LEVELS[method],) if method in NEAREST_LEVELS else levels, seeds
+    )
 
 
 def _words(levels):

@@ -72,8 +72,17 @@ DDE_DRIVEN = of_settings(dde_driven.SETTINGS | {"mode_stddev": (DDE_LEVEL,)})
 WRENCH_RATES = (1000, 500, 100)
 DEFAULT = Estimator("mixture", WRENCH_RATES[0], METHODS["mixture"])
 BARE = "bare balance"
+# The level of accelerations with which each is nearest while the bounds of its reactions hold
+# [rad/s^2], by `python -m benchmarks rivals`. Those of `filter.method`, 30, hold in more motions.
+NEAREST_LEVELS = {
+    "one_level": 3.0, "quasi_static": 3.0, "balance": 3.0, "small_angle": 3.0, "one_dof": 3.0,
+    "two_dof": 3.0, "unscented": 10.0, "particles_100": 3.0, "particles_1000": 3.0,
+}  # fmt: skip
 _OTHERS: dict[str, Method | None] = {
-    **{name: method for name, method in METHODS.items() if name != DEFAULT.name},
+    **{
+        name: of_settings({**(METHODS[name].settings or {}), "mode_stddev": (level,)})
+        for name, level in NEAREST_LEVELS.items()
+    },
     "dde_driven": DDE_DRIVEN,
     "fixed lag": Method(make_fixed_lag),
     "smoother": Method(make_smoothed),

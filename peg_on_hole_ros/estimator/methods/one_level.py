@@ -4,8 +4,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.estimator.methods.method import of_settings
 
-# The level is the best of `python -m benchmarks rivals`.
 SETTINGS: dict[str, ArrayLike] = {
-    "mode_stddev": (3.0,), "mode_time": (0.05,), "mode_rate": (0.0,), "friction_hypotheses": 1,
+    "mode_stddev": (30.0,), "mode_time": (0.05,), "mode_rate": (0.0,), "friction_hypotheses": 1,
 }  # fmt: skip
 METHOD = of_settings(SETTINGS)
