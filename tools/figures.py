@@ -152,8 +152,11 @@ def main(docs: Path = Path("docs")) -> int:
     for name, (text, pictures) in made(docs / "figures").items():
         page = docs / f"{name}.md"
         old = page.read_text(encoding="utf-8")
-        before, _, rest = old.partition(BEGIN)
-        page.write_text(before + BEGIN + text + END + rest.partition(END)[2], encoding="utf-8")
+        before, begin, rest = old.partition(BEGIN)
+        _, end, after = rest.partition(END)
+        if not (begin and end):
+            raise SystemExit(f"{page} has no table between its two marks")
+        page.write_text(before + begin + text + end + after, encoding="utf-8")
         for end, picture in pictures.items():
             save(picture, docs / "figures" / f"{name}{end}", (".png",))
     return 0
