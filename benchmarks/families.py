@@ -31,6 +31,7 @@ FAMILIES = {
     "tuned_numbers": "benchmarks.tuned_numbers.tuned_numbers",
     "plans": "benchmarks.plans",
     "ways_on": "benchmarks.ways_on",
+    "choices": "benchmarks.choices",
 }
 
 
