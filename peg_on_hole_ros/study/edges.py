@@ -104,17 +104,17 @@ def what(result: Result) -> str:
     if result.verdict is Verdict.DIVERGED:
         return f"{result.lost} of {result.seeds} runs are lost"
     if result.verdict is Verdict.ERRS:
-        return f"bounds hold in {_percent(result.inside)} % ({result.worst})"
+        return f"bounds hold in {_percent(result.inside, LEAST_COVERAGE)} % ({result.worst})"
     if result.verdict is Verdict.UNTOLD:
-        return f"reactions are determined in {_percent(result.determined)} %"
+        return f"reactions are determined in {_percent(result.determined, LEAST_DETERMINED)} %"
     return "holds"
 
 
-def _percent(share):
-    """Return percent, with as many digits as it takes to tell it from a limit of a verdict."""
+def _percent(share, limit):
+    """Return percent, with as many digits as it takes to tell it from a limit."""
     text = ""
     for digits in range(3):
         text = f"{100.0 * share:.{digits}f}"
-        if float(text) not in (100.0 * LEAST_COVERAGE, 100.0 * LEAST_DETERMINED):
+        if float(text) != 100.0 * limit:
             break
     return text
