@@ -34,6 +34,7 @@ from peg_on_hole_ros.study.choice import (
     tried,
 )
 from peg_on_hole_ros.study.motions import (
+    LONGEST,
     Recorded,
     on_three,
     planned_motion,
@@ -46,8 +47,6 @@ FIRST_CHOICE_SEED = 900
 LIMIT_SEEDS = 6
 # Those that may pay; the others of `filter.method` lose to one of them in every scene.
 COMPARED = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unscented")
-# Of a recording the last so many seconds of its longest stretch on three contacts.
-LONGEST = 2.0
 # A gap in stamps beyond so many of their periods is no one stretch.
 _GAP = 5.0
 # As a share: a change below it is none.

@@ -17,8 +17,10 @@ from peg_on_hole_ros.sim.truth import Truth, integrate
 CLOSING_LEAD_IN = 0.15
 # A plan is led on through gamma0 by so much tilt [rad], and loads there [N].
 BEYOND, WALL_LOADS = 0.02, (30.0, 30.0)
-# A recording is followed in pieces of [s], and is worth it from so long on [s].
-PIECE, SHORTEST = 0.02, 0.1
+# A recording is followed in pieces of [s].
+PIECE = 0.02
+# A motion on three contacts is worth it from so long on, and of a longer one the end is taken [s].
+SHORTEST, LONGEST = 0.1, 2.0
 # Orientations come at most so often [Hz].
 MOST_ORIENTATIONS = 500
 # Loads that a robot may have that the simulated holder is not to end a run at [N], [N m].
@@ -184,7 +186,23 @@ def _integrated(
             f"({truth.ended_by}), so there is nothing to compare; see plan.stiffness, plan.press "
             "and scene.friction"
         )
-    return truth
+    return _its_end(truth)
+
+
+def _its_end(truth: Truth) -> Truth:
+    """Return a motion from LONGEST before it leaves three contacts on, at stamps from zero on."""
+    every = truth.plan.wrench_rate // truth.plan.joint_rate
+    first = on_three(truth) - round(LONGEST * truth.plan.wrench_rate)
+    # The first wrench comes with an orientation.
+    first = max(first, 0) // every * every
+    n = len(truth.t_ns)
+    rows = {
+        name: value[first:]
+        for name, value in vars(truth).items()
+        if isinstance(value, np.ndarray) and len(value) == n
+    }
+    rows["t_ns"] = rows["t_ns"] - truth.t_ns[first]
+    return replace(truth, **rows)  # type: ignore[arg-type]
 
 
 def on_three(truth: Truth) -> int:

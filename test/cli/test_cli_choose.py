@@ -79,6 +79,17 @@ def test_a_planned_motion_goes_through_the_transition(planned):
     assert planned.q[count, 0] == pytest.approx(planned.plan.configuration.scene.gamma0, rel=0.02)
 
 
+def test_of_a_long_motion_the_end_is_taken():
+    cell = motions.simulated_cell(load(CELL)[0])
+    slow = replace(cell.plan, max_closing_rate=0.03, min_closing_rate=0.02)
+    truth = motions.planned_motion(replace(cell, plan=slow), 500)
+    assert truth.t_ns[0] == 0 and motions.on_three(truth) == motions.LONGEST * 500
+    # From some tilt on, and through gamma0 as a short one.
+    gamma0 = cell.scene.gamma0
+    assert truth.q[0, 0] < gamma0 + 1.1 * 0.03 * motions.LONGEST < slow.start_tilt
+    assert truth.q[-1, 0] < gamma0
+
+
 def test_a_recorded_motion_is_followed(planned):
     count = motions.on_three(planned)
     force = planned.contact_force[:count].sum(axis=1)
