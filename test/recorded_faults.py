@@ -31,6 +31,17 @@ def samples(path, begin=0.0, end=99.0):
     return [sample for log_ns, sample in found if begin <= (log_ns - first) * 1e-9 < end]
 
 
+def from_zero(path, end):
+    """Return those of so many seconds, their stamps from 0 on."""
+    found = samples(path, end=end)
+    first = found[0].t_ns
+    return [sample._replace(t_ns=sample.t_ns - first) for sample in found]
+
+
+def is_wrench(sample):
+    return isinstance(sample, WrenchSample)
+
+
 def turned(R):
     """Return what makes every force and torque R times what it is."""
     return lambda force, torque, q: (R @ force, R @ torque)

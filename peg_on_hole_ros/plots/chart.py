@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.plots.labels import place_labels
+from peg_on_hole_ros.plots.log_axes import write_plain_numbers
 from peg_on_hole_ros.study.chart import (
     CYCLE_METHODS,
     CyclePiece,
@@ -220,12 +220,7 @@ def _draw_panel(axis, panel, around):
             markersize=10 if one == DEFAULT else 7 if default else 4 if one.part else 6,
             markerfacecolor=color if k in sure else "white",
         )  # fmt: skip
-    for part in (axis.xaxis, axis.yaxis):
-        part.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-        part.set_major_formatter(FormatStrFormatter("%g"))
-        part.set_minor_formatter(NullFormatter())
-    axis.tick_params(labelsize=8)
-    axis.grid(alpha=0.2)
+    write_plain_numbers(axis)
     axis.set_xlabel("computing time of the steps in a millisecond of motion [µs]", fontsize=8.5)
     _lines(axis, panel.bound, panel.whole)
     axis.get_figure().canvas.draw()

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
+from peg_on_hole_ros.plots.log_axes import write_plain_numbers
 from peg_on_hole_ros.study.choice import Tolerances, Tried
 
 # Okabe and Ito's, the default first.
@@ -71,9 +71,4 @@ def _panel(axis, found, name):
                     f"{one.rate:g} Hz", (one.whole, 100 * getattr(one, name)), fontsize=7,
                     xytext=(0, -11), textcoords="offset points", ha="center",
                 )  # fmt: skip
-    for part in (axis.xaxis, axis.yaxis):
-        part.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-        part.set_major_formatter(FormatStrFormatter("%g"))
-        part.set_minor_formatter(NullFormatter())
-    axis.grid(alpha=0.2)
-    axis.tick_params(labelsize=8)
+    write_plain_numbers(axis)

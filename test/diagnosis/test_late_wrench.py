@@ -4,8 +4,7 @@ import pytest
 
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
-from recorded_faults import BAGS, samples
+from recorded_faults import BAGS, from_zero, is_wrench
 from tiers import nightly
 
 MS = 1_000_000
@@ -14,13 +13,7 @@ UNTIL = 3.6
 
 def recorded(end=UNTIL):
     """Return samples of the working cycle, which touches down at 1.2 s, from stamp 0 on."""
-    found = samples(BAGS[2], end=end)
-    first = found[0].t_ns
-    return [sample._replace(t_ns=sample.t_ns - first) for sample in found]
-
-
-def is_wrench(sample):
-    return isinstance(sample, WrenchSample)
+    return from_zero(BAGS[2], end)
 
 
 def late(found, by, begin, end):

@@ -7,9 +7,8 @@ import pytest
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
 from recorded import Row, joints, wrench, write
-from recorded_faults import BAGS, samples
+from recorded_faults import BAGS, from_zero, is_wrench
 from tiers import nightly
 
 MS = 1_000_000
@@ -19,13 +18,7 @@ UNTIL = 3.6
 
 def recorded(end=UNTIL):
     """Return samples of the working cycle, from stamp 0 on."""
-    found = samples(BAGS[2], end=end)
-    first = found[0].t_ns
-    return [sample._replace(t_ns=sample.t_ns - first) for sample in found]
-
-
-def is_wrench(sample):
-    return isinstance(sample, WrenchSample)
+    return from_zero(BAGS[2], end)
 
 
 def stamped(found, change, of=is_wrench):
