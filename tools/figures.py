@@ -11,9 +11,11 @@ from pathlib import Path
 from statistics import median
 
 from peg_on_hole_ros.cli.chart import pieces_of, scores_of
+from peg_on_hole_ros.cli.equation_ends import drawn_of
 from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.cli.stability import edge_lines, found_in, verdicts_of
 from peg_on_hole_ros.plots import chart as chart_plot
+from peg_on_hole_ros.plots import equations
 from peg_on_hole_ros.plots import stability as stability_plot
 from peg_on_hole_ros.study import chart, stability
 from peg_on_hole_ros.study.estimators import ESTIMATORS, WRENCH_RATES
@@ -128,6 +130,7 @@ def made(figures: Path) -> dict[str, tuple[str, dict]]:
     kinds = {kind: chart.limits(rows) for kind, rows in chart.of_kinds(scores).items()}
     cycle = pieces_of(rows_of(figures / "chart_cycle.csv"))
     found = found_in(rows_of(figures / "stability.csv"))
+    ends = drawn_of(rows_of(figures / "equations.csv"))
     return {
         "chart": (
             chart_table(scores),
@@ -142,7 +145,8 @@ def made(figures: Path) -> dict[str, tuple[str, dict]]:
         ),
         "stability": (
             stability_table(found),
-            {end: stability_plot.figure(found, bool(end)) for end in ("", "_narrow")},
+            {end: stability_plot.figure(found, bool(end)) for end in ("", "_narrow")}
+            | {f"_equations{end}": equations.figure(*ends, bool(end)) for end in ("", "_narrow")},
         ),
     }
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import NamedTuple
 
+from peg_on_hole_ros.cli import equation_ends
 from peg_on_hole_ros.cli.output_paths import out_folder
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
@@ -68,16 +69,26 @@ def run(arguments: Namespace) -> int:
         rows.close()
         raise
     rows.finish()
+    with ProgressBar("equations") as progress:
+        ends = equation_ends.measured(configuration, arguments.quick, progress)
+    equation_ends.write(folder / "equations.csv", ends)
+    drawn = equation_ends.drawn_of(ends)
+    from peg_on_hole_ros.plots import equations
     from peg_on_hole_ros.plots.stability import figure
 
     written = [
         rows.path,
         *save(figure(found), folder / "stability"),
         *save(figure(found, narrow=True), folder / "stability_narrow"),
+        folder / "equations.csv",
+        *save(equations.figure(*drawn), folder / "equations"),
+        *save(equations.figure(*drawn, narrow=True), folder / "equations_narrow"),
     ]
     print(summary(found))
     print()
     print(edges_in_words(found))
+    print()
+    print(equation_ends.in_words(*drawn))
     print()
     print(", ".join(map(str, written)))
     return 0

@@ -40,11 +40,13 @@ def test_tables_are_those_of_the_files(made, name):
         *((name, "") for name in PAGES),
         ("chart", "_kinds"),
         ("chart", "_cycle"),
+        ("stability", "_equations"),
         *nightly(
             ("chart", "_cycle_narrow"),
             ("chart", "_narrow"),
             ("chart", "_kinds_narrow"),
             ("stability", "_narrow"),
+            ("stability", "_equations_narrow"),
         ),
     ],
 )

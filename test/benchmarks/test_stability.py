@@ -300,6 +300,8 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
     assert main(["stability", "--quick", "--out", str(whole)]) == 0
     said = capsys.readouterr().out
     assert "surer" in said and "  closing: no edge down to 40 mrad/s; no edge up to " in said
+    # Of the equations, whatever estimators make of them.
+    assert "  closing wedges from 3.62 to 3.7 degrees where friction is 0.14 or more" in said
     calls, examine = [], Examiner.__call__
 
     def until_interrupted(self, *arguments):
@@ -313,7 +315,7 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
     assert main(["stability", "--quick", "--out", str(cut)]) == 0
     # Four places of two methods, two more of the default alone; the third is begun twice.
     assert len(calls) == 4 * 2 + 2 + 1
-    for name in ("stability.csv", "stability.svg"):
+    for name in ("stability.csv", "stability.svg", "equations.csv", "equations.svg"):
         assert (cut / name).read_bytes() == (whole / name).read_bytes()
     with (whole / "stability.csv").open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
