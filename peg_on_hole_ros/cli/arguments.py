@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
         _replay, _simulate, _solve, _plan, _choose, _chart, _stability, _inspect, _setup,
-        _calibrate, _compare, _node, _watch,
+        _calibrate, _compare, _node, _play, _watch,
     ):  # fmt: skip
         add(commands)
     return top
@@ -424,6 +424,29 @@ def _node(commands):
     _config(command)
     # For the help alone: _parsed keeps what is for ROS from argparse.
     command.add_argument("--ros-args", nargs="...", metavar="...", help="all that is for ROS")
+
+
+def _play(commands):
+    command = _command(
+        commands,
+        "play",
+        "publish a bag's wrench and joint states for a running node, as a robot would",
+        "  peg-on-hole play bags/working_cycle.mcap\n"
+        "  peg-on-hole play recording/ --config cell.yaml --start 12 --rate 0.5 --loop",
+    )
+    _bag(command)
+    _config(command)
+    command.add_argument(
+        "--rate", metavar="R", type=float, default=1.0,
+        help="pace, 0.01 to 10; default 1, as it was recorded",
+    )  # fmt: skip
+    command.add_argument(
+        "--start", metavar="S", type=float, default=0.0,
+        help="leave out what was recorded before so many seconds; default 0",
+    )  # fmt: skip
+    command.add_argument(
+        "--loop", action="store_true", help="begin again at the end, until Ctrl-C"
+    )
 
 
 def _watch(commands):

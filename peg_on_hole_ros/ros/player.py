@@ -8,7 +8,7 @@ from pathlib import Path
 import rclpy
 from mcap.writer import Writer
 from rclpy.experimental import EventsExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import LATCHED_QOS
@@ -27,13 +27,13 @@ from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.ros_messages import message_class
+from peg_on_hole_ros.ros.bag_publisher import QUEUE_DEPTH, BagPublisher
 
 # For the node to start [s]: a cold compilation included, on a machine with other work.
 PATIENCE = 600.0
 LOST_AFTER = 3.0  # [s] without an estimate while some are awaited, then these are lost
 # Most time of stamps that the node may be behind; its queues hold 200 messages by default.
 AHEAD_NS = 80_000_000
-QUEUE_DEPTH = 20_000
 _WITHOUT_HEADER = (BOOL, UINT8, STRING, MARKERS)
 
 
@@ -62,12 +62,9 @@ class Player:
         self._node = rclpy.create_node("peg_on_hole_player")
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
-        # Best effort, as force-torque drivers send; the node takes both.
-        qos = QoSProfile(depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._inputs = {
-            topic: self._node.create_publisher(message_class(ros_type), topic, qos)
-            for topic, ros_type in ((wrench_topic, WRENCH_TYPE), (joints_topic, JOINTS_TYPE))
-        }
+        self._inputs = BagPublisher(
+            self._node, {wrench_topic: WRENCH_TYPE, joints_topic: JOINTS_TYPE}
+        )
         self._wrench_topic = wrench_topic
         self.received: list[tuple[str, str, int, bytes]] = []
         self._newest_ns = 0
@@ -104,7 +101,7 @@ class Player:
         """
         end = time.monotonic() + PATIENCE
         while not (
-            all(publisher.get_subscription_count() for publisher in self._inputs.values())
+            self._inputs.listened_to()
             and all(subscription.get_publisher_count() for subscription in self._outputs)
         ):
             if self._process.poll() is not None:
@@ -146,16 +143,16 @@ class Player:
         """
         wrenches, last_ns = 0, 0
         begun = started = time.monotonic()
-        for share, offset_ns, topic, payload in _recorded(bag, list(self._inputs)):
+        for message in self._inputs.of(bag):
             begun += self._wait_for_estimates(last_ns - AHEAD_NS)
-            self._spin_to(begun + offset_ns * 1e-9 / rate)
-            self._inputs[topic].publish(payload)
-            if topic == self._wrench_topic:
-                wrenches, last_ns = wrenches + 1, stamp_ns(payload)
+            self._spin_to(begun + message.offset_ns * 1e-9 / rate)
+            self._inputs.publish(message)
+            if message.topic == self._wrench_topic:
+                wrenches, last_ns = wrenches + 1, stamp_ns(message.payload)
                 if wrenches % 100 == 0:
                     self._check_node()
                     if progress:
-                        progress(share)
+                        progress(message.share)
         self._wait_for_estimates(last_ns)
         seconds = time.monotonic() - started
         self._drain()
@@ -214,13 +211,3 @@ class Player:
             raise PegOnHoleError(
                 f"the node ended with code {self._process.returncode} while the bag was played"
             )
-
-
-def _recorded(bag, topics):
-    """Yield the share of the bag's time, what has passed of it [ns], topic and bytes."""
-    held = [info for info in bag.topics.values() if info.count]
-    first = min(info.first_ns for info in held)
-    whole = max(1, max(info.last_ns for info in held) - first)
-    for message, payload in bag.with_payloads(topics):
-        offset_ns = message.log_ns - first
-        yield offset_ns / whole, offset_ns, message.topic, payload

@@ -164,9 +164,9 @@ def test_the_player_keeps_the_pace_of_a_bag_and_its_bytes(bag):
         reader = make_reader(stream)
         begun = reader.get_summary().statistics.message_start_time
         rows = list(reader.iter_messages(["/wrench", "/joint_states"]))
-    from peg_on_hole_ros.ros.player import _recorded
+    from peg_on_hole_ros.ros.bag_publisher import recorded
 
-    played = list(_recorded(Bag(bag), ["/wrench", "/joint_states"]))
+    played = list(recorded(Bag(bag), ["/wrench", "/joint_states"]))
     assert [row[1:] for row in played] == [
         (message.log_time - begun, channel.topic, message.data) for _, channel, message in rows
     ]

@@ -24,6 +24,7 @@ SCRIPT = re.compile(r"python (?:-m )?(benchmarks(?:[./][\w./]+| [a-z]\w*))((?: \
 ELSEWHERE = {
     "peg-on-hole watch": "report/test_live_page.py",
     "peg-on-hole node": "node/test_node.py",
+    "peg-on-hole play": "node/test_play.py",
     "peg-on-hole setup": "cli/test_cli_setup.py",
     "peg-on-hole calibrate presses": "cli/test_cli_presses.py",
     "peg-on-hole calibrate poses": "cli/test_cli_payload.py",
