@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.robot_cells.arms import Arm, bodies, rotation
-from benchmarks.robot_cells.rows import GAMMA0, GRAVITY, PEG_MASS, D, H, Rows, d
+from benchmarks.robot_cells.rows import GRAVITY, PEG_MASS, D, H, Rows, d
 
 STEP = 1e-4
 BOXES, WALL = 720, 0.012
@@ -39,6 +39,14 @@ class Setting(NamedTuple):
         How far beyond the rim it presses, across and along the hole [m].
     hole_chamfer, peg_chamfer : float
         Height of a chamfer of 45 degrees above the bore, and below the shank; 0: none [m].
+    peg_diameter : float
+        [m]
+    rim : float
+        How far the plate reaches from the bore's edge [m].
+    step : float
+        Of the engine; stiffer contacts need a shorter one [s].
+    boxes : int
+        That the rim is made of: 720 have it round to 0.24 um, 360 to 1 um at half the cost.
 
     """
 
@@ -53,6 +61,15 @@ class Setting(NamedTuple):
     press: tuple[float, float] = (0.002, 0.004)
     hole_chamfer: float = 0.0
     peg_chamfer: float = 0.0
+    peg_diameter: float = d
+    rim: float = 0.004
+    step: float = STEP
+    boxes: int = BOXES
+
+    @property
+    def gamma0(self) -> float:
+        """Return the tilt at which three-point contact ends [rad]."""
+        return float(np.arccos(self.peg_diameter / D))
 
     @property
     def contact(self) -> str:
@@ -69,11 +86,12 @@ SHIPPED = Setting()
 def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
     """Return the model."""
     boxes = []
-    for k in range(BOXES):
-        a = 2 * np.pi * k / BOXES
-        x, y, length = (D / 2 + 0.002) * np.cos(a), (D / 2 + 0.002) * np.sin(a), 0.0012
+    for k in range(setting.boxes):
+        a = 2 * np.pi * k / setting.boxes
+        half = setting.rim / 2
+        x, y, length = (D / 2 + half) * np.cos(a), (D / 2 + half) * np.sin(a), 0.0012
         boxes.append(
-            f'<geom type="box" size="0.002 {length} {WALL}" pos="{x:.12g} {y:.12g} {-WALL}" '
+            f'<geom type="box" size="{half} {length} {WALL}" pos="{x:.12g} {y:.12g} {-WALL}" '
             f'quat="{np.cos(a / 2):.12g} 0 0 {np.sin(a / 2):.12g}" class="rim"/>'
         )
         if setting.hole_chamfer:
@@ -81,15 +99,15 @@ def scene(arm: Arm, setting: Setting = SHIPPED) -> str:
     R = rotation(setting.hole_rpy)
     axes = " ".join(f"{x:.12g}" for x in [*R[:, 0], *R[:, 1]])
     place = " ".join(f"{x:.12g}" for x in setting.hole_xyz)
-    center = arm.peg_in_tool - H / 2
+    center, radius = arm.peg_in_tool - H / 2, setting.peg_diameter / 2
     peg = (
-        f'<geom name="peg" type="cylinder" size="{d / 2} {H / 2}" pos="0 0 {center}" '
+        f'<geom name="peg" type="cylinder" size="{radius} {H / 2}" pos="0 0 {center}" '
         f'mass="{PEG_MASS}" contype="2" conaffinity="1" {setting.contact}/>'
         f"{_cone_disks(arm.peg_in_tool, setting)}"
         f'<site name="peg" pos="0 0 {arm.peg_in_tool}" quat="0 1 0 0"/>'
     )
     return f"""<mujoco>
-  <option timestep="{STEP}" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="100"
+  <option timestep="{setting.step}" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="100"
           integrator="implicitfast" ccd_tolerance="1e-10" tolerance="1e-10" iterations="50">
     <flag multiccd="disable"/>
   </option>
@@ -123,7 +141,7 @@ def _cone_disks(end: float, setting: Setting) -> str:
     """Return the peg's cone, as disks within it; it weighs nothing."""
     thick = setting.peg_chamfer / DISKS
     return "".join(
-        f'<geom type="cylinder" size="{d / 2 - (k + 1) * thick} {thick / 2}" '
+        f'<geom type="cylinder" size="{setting.peg_diameter / 2 - (k + 1) * thick} {thick / 2}" '
         f'pos="0 0 {end + (k + 0.5) * thick}" mass="0" contype="2" conaffinity="1" '
         f"{setting.contact}/>"
         for k in range(DISKS if thick else 0)
@@ -154,18 +172,29 @@ def _smooth(t, begin, end):
     return u**3 * (10 - 15 * u + 6 * u * u)
 
 
+def seat(gamma: float, setting: Setting = SHIPPED) -> tuple[float, float]:
+    """
+    Return where three contacts have the lower end along h and z [m].
+
+    Below gamma0 it is the mouth of the hole.
+    """
+    peg, gamma0 = setting.peg_diameter, setting.gamma0
+    tilt = max(gamma, gamma0)
+    s, c = np.sin(tilt), np.cos(tilt)
+    a1, a2 = (peg - D * c) / (2 * s), (D - peg * c) / (2 * s)
+    h, z = a2 * s, a1 - a2 * c
+    if gamma < gamma0:
+        h *= gamma / gamma0
+    return h, z
+
+
 def commanded(t: float, setting: Setting = SHIPPED) -> tuple[np.ndarray, np.ndarray]:
     """Return where the program wants the peg's lower end, and its angles, in the hole."""
     gamma = setting.gamma - (setting.gamma - 0.08) * _smooth(t, 2.5, 5.0)
     gamma -= 0.08 * _smooth(t, 5.0, 6.4)
     psi, phi = setting.psi, 0.2 + setting.slip * _smooth(t, 2.0, 6.6)
     # Where three contacts would have the lower end, and below gamma0 the mouth of the hole.
-    tilt = max(gamma, GAMMA0)
-    s, c = np.sin(tilt), np.cos(tilt)
-    a1, a2 = (d - D * c) / (2 * s), (D - d * c) / (2 * s)
-    h, z = a2 * s, a1 - a2 * c
-    if gamma < GAMMA0:
-        h *= gamma / GAMMA0
+    h, z = seat(gamma, setting)
     press = _smooth(t, 1.9, 2.3)
     h -= setting.press[0] * press * (1 - _smooth(t, 5.0, 6.4))
     above = 0.02 * (1 - _smooth(t, 0.7, 1.9)) - setting.press[1] * press
@@ -179,89 +208,136 @@ def commanded(t: float, setting: Setting = SHIPPED) -> tuple[np.ndarray, np.ndar
 SECONDS = 7.6
 
 
+class Plant:
+    """
+    Arm, peg and hole, with the impedance controller that holds the peg.
+
+    Parameters
+    ----------
+    arm : Arm
+    setting : Setting
+    wanted : ndarray, shape (3,)
+        Of the peg's lower end at the start, in the base [m].
+    axes : ndarray, shape (3, 3)
+        Of the peg.
+
+    """
+
+    def __init__(self, arm: Arm, setting: Setting, wanted: np.ndarray, axes: np.ndarray) -> None:
+        self.setting = setting
+        self.model = model = mujoco.MjModel.from_xml_string(scene(arm, setting))
+        self.data = data = mujoco.MjData(model)
+        self._drives = [model.joint(f"drive_{name}").qposadr[0] for name in arm.joints]
+        self._moved = [model.joint(f"drive_{name}").dofadr[0] for name in arm.joints]
+        self._gears = [model.joint(f"gear_{name}").qposadr[0] for name in arm.joints]
+        self._site, self._peg = model.site("peg").id, model.geom("peg").id
+        self._sensor = model.site("sensor").id
+        self._R, self._p = rotation(setting.hole_rpy), np.array(setting.hole_xyz)
+        # A second model, of drives alone, is what the controller knows.
+        self._known = mujoco.MjData(model)
+        data.qpos[self._drives] = arm.start
+        _reach(model, self._known, data, self._drives, self._moved, self._site, wanted, axes)
+        _sag(model, data, self._drives, self._gears)
+        self._at_start = data.qpos[self._gears].copy()
+        self._home = data.qpos[self._drives].copy()
+        self._jacobian = np.zeros((2, 3, model.nv))
+        self._steps, self._mean, self._loads = 0, np.zeros(6), np.zeros(3)
+        self._before: np.ndarray | None = None
+
+    def know(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the drives have the peg's lower end, and its axes, in the base."""
+        known, data, moved = self._known, self.data, self._moved
+        known.qpos[:] = 0.0
+        known.qpos[self._drives], known.qpos[self._gears] = data.qpos[self._drives], self._at_start
+        known.qvel[:] = 0.0
+        known.qvel[moved] = data.qvel[moved]
+        # Without contacts, which a controller does not know.
+        mujoco.mj_kinematics(self.model, known)
+        mujoco.mj_comPos(self.model, known)
+        mujoco.mj_makeM(self.model, known)
+        mujoco.mj_fwdVelocity(self.model, known)
+        return known.site_xpos[self._site], known.site_xmat[self._site].reshape(3, 3)
+
+    def hold(self, wanted: np.ndarray, axes: np.ndarray, rates: np.ndarray) -> None:
+        """
+        Set the torques of the drives: a Cartesian impedance by the drives' angles.
+
+        Parameters
+        ----------
+        wanted : ndarray, shape (3,)
+            [m]
+        axes : ndarray, shape (3, 3)
+        rates : ndarray, shape (6,)
+            Of both [m/s], [rad/s]; all in the base.
+
+        """
+        x, R = self.know()
+        model, data, known, moved = self.model, self.data, self._known, self._moved
+        mujoco.mj_jacSite(model, known, self._jacobian[0], self._jacobian[1], self._site)
+        A = np.vstack([self._jacobian[0][:, moved], self._jacobian[1][:, moved]])
+        pull, turn = wanted - x, _vector(axes @ R.T)
+        v = rates - A @ data.qvel[moved]
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, known, M)
+        # Critical damping by what the tip weighs, drives and all.
+        inertia = A @ np.linalg.solve(M[np.ix_(moved, moved)], A.T) + 1e-6 * np.eye(6)
+        inertia = np.linalg.inv(inertia)
+        K = np.array([STIFFNESS] * 3 + [TURNING] * 3)
+        damp = 2 * DAMPING * np.sqrt(np.clip(np.diag(inertia), 0.02, 40.0) * K)
+        force = K * np.concatenate([pull, turn]) + damp * v
+        torque = A.T @ force + known.qfrc_bias[moved]
+        # What the tip leaves free goes home.
+        free = np.eye(len(moved)) - np.linalg.pinv(A) @ A
+        rest = 20.0 * (self._home - data.qpos[self._drives]) - 8.0 * data.qvel[moved]
+        data.qfrc_applied[moved] = torque + free @ rest
+
+    def go(self) -> tuple:
+        """Go on for a millisecond; return its row, see `Rows`."""
+        setting, data, R_BH = self.setting, self.data, self._R
+        per_row = round(1e-3 / setting.step)
+        self._mean[:], self._loads[:] = 0.0, 0.0
+        for _ in range(per_row):
+            mujoco.mj_step(self.model, data)
+            self._steps += 1
+            self._mean += data.sensordata / per_row
+            axis = R_BH.T @ data.site_xmat[self._site].reshape(3, 3)[:, 2]
+            self._loads += _normals(data, self._peg, axis, R_BH, self._p) / per_row
+        now = angles(R_BH.T @ data.site_xmat[self._site].reshape(3, 3))
+        before = self._before
+        turned = np.zeros(3) if before is None else (now - before + np.pi) % (2 * np.pi) - np.pi
+        self._before = now
+        return (
+            self._steps * setting.step, data.qpos[self._drives] + self._at_start,
+            self._mean.copy(), data.site_xmat[self._sensor].reshape(3, 3).copy(), now,
+            turned / 1e-3, self._loads.copy(),
+            R_BH.T @ (data.site_xpos[self._site] - self._p),
+        )  # fmt: skip
+
+
 def run(
     arm: Arm, period: float = 1e-3, seconds: float = SECONDS, setting: Setting = SHIPPED
 ) -> Rows:
     """Run the program; the controller has the period given [s]."""
-    model = mujoco.MjModel.from_xml_string(scene(arm, setting))
-    data = mujoco.MjData(model)
-    n = len(arm.joints)
-    drives = [model.joint(f"drive_{name}").qposadr[0] for name in arm.joints]
-    moved = [model.joint(f"drive_{name}").dofadr[0] for name in arm.joints]
-    gears = [model.joint(f"gear_{name}").qposadr[0] for name in arm.joints]
-    site, peg, sensor = (model.site("peg").id, model.geom("peg").id, model.site("sensor").id)
     R_BH, p_BH = rotation(setting.hole_rpy), np.array(setting.hole_xyz)
-    # A second model, of drives alone, is what the controller knows.
-    known = mujoco.MjData(model)
-    data.qpos[drives] = arm.start
     wanted, q = commanded(0.0, setting)
-    _reach(model, known, data, drives, moved, site, p_BH + R_BH @ wanted, R_BH @ tilted(*q))
-    _sag(model, data, drives, gears)
-    at_start = data.qpos[gears].copy()
-    home = data.qpos[drives].copy()
-    every, per_row = round(period / STEP), round(1e-3 / STEP)
+    plant = Plant(arm, setting, p_BH + R_BH @ wanted, R_BH @ tilted(*q))
     columns = {name: [] for name in Rows._fields}
-    mean, loads, torque = np.zeros(6), np.zeros(3), np.zeros(n)
-    before = None
-    J, Jr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-    for k in range(round(seconds / STEP)):
-        if k % every == 0:
-            torque = _control(
-                model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr,
-                setting,
-            )  # fmt: skip
-        data.qfrc_applied[moved] = torque
-        mujoco.mj_step(model, data)
-        mean += data.sensordata / per_row
-        R_HP = R_BH.T @ data.site_xmat[site].reshape(3, 3)
-        loads += _normals(model, data, peg, angles(R_HP)[1], R_BH, p_BH) / per_row
-        if (k + 1) % per_row:
-            continue
-        now = angles(R_HP)
-        turned = np.zeros(3) if before is None else (now - before + np.pi) % (2 * np.pi) - np.pi
-        before = now
-        row = (
-            (k + 1) * STEP, data.qpos[drives] + at_start, mean.copy(),
-            data.site_xmat[sensor].reshape(3, 3).copy(), now, turned / 1e-3, loads.copy(),
-            R_BH.T @ (data.site_xpos[site] - p_BH),
-        )  # fmt: skip
-        for name, value in zip(Rows._fields, row):
+    for k in range(round(seconds * 1e3)):
+        if k % round(period * 1e3) == 0:
+            plant.hold(*_goal(plant.data.time, setting, R_BH, p_BH))
+        for name, value in zip(Rows._fields, plant.go()):
             columns[name].append(value)
-        mean[:], loads[:] = 0.0, 0.0
     return Rows(*(np.array(columns[name]) for name in Rows._fields))
 
 
-def _control(
-    model, data, known, drives, moved, gears, at_start, site, home, R_BH, p_BH, J, Jr, setting
-):
-    """Return the torques of the drives: a Cartesian impedance by the drives' angles."""
-    known.qpos[:] = 0.0
-    known.qpos[drives], known.qpos[gears] = data.qpos[drives], at_start
-    known.qvel[:] = 0.0
-    known.qvel[moved] = data.qvel[moved]
-    mujoco.mj_fwdPosition(model, known)
-    mujoco.mj_fwdVelocity(model, known)
-    mujoco.mj_jacSite(model, known, J, Jr, site)
-    A = np.vstack([J[:, moved], Jr[:, moved]])
-    wanted, q = commanded(data.time, setting)
-    ahead, q_ahead = commanded(data.time + 1e-4, setting)
-    x, R = known.site_xpos[site], known.site_xmat[site].reshape(3, 3)
+def _goal(t, setting, R_BH, p_BH):
+    """Return where the program wants the peg, its axes, and the rates of both, in the base."""
+    wanted, q = commanded(t, setting)
+    ahead, q_ahead = commanded(t + 1e-4, setting)
     goal, goal_next = R_BH @ tilted(*q), R_BH @ tilted(*q_ahead)
-    pull = p_BH + R_BH @ wanted - x
-    turn, rate = _vector(goal @ R.T), _vector(goal_next @ goal.T) / 1e-4
-    v = np.concatenate([R_BH @ (ahead - wanted) / 1e-4, rate]) - A @ data.qvel[moved]
-    M = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, known, M)
-    # Critical damping by what the tip weighs, drives and all.
-    inertia = np.linalg.inv(A @ np.linalg.solve(M[np.ix_(moved, moved)], A.T) + 1e-6 * np.eye(6))
-    K = np.array([STIFFNESS] * 3 + [TURNING] * 3)
-    damp = 2 * DAMPING * np.sqrt(np.clip(np.diag(inertia), 0.02, 40.0) * K)
-    force = K * np.concatenate([pull, turn]) + damp * v
-    torque = A.T @ force + known.qfrc_bias[moved]
-    # What the tip leaves free goes home.
-    free = np.eye(len(drives)) - np.linalg.pinv(A) @ A
-    rest = 20.0 * (home - data.qpos[drives]) - 8.0 * data.qvel[moved]
-    return torque + free @ rest
+    rate = _vector(goal_next @ goal.T) / 1e-4
+    rates = np.concatenate([R_BH @ (ahead - wanted) / 1e-4, rate])
+    return p_BH + R_BH @ wanted, goal, rates
 
 
 def _vector(R):
@@ -302,16 +378,31 @@ def _joint_of(model, address):
     return int(np.flatnonzero(model.jnt_qposadr == address)[0])
 
 
-def _normals(model, data, peg, psi, R_BH, p_BH):
-    """Return the normal forces at K, B1 and B2 [N]."""
-    sums, local = np.zeros((3, 3)), np.zeros(6)
-    h, e = np.array([np.cos(psi), np.sin(psi), 0]), np.array([-np.sin(psi), np.cos(psi), 0])
-    for i in range(data.ncon):
-        contact = data.contact[i]
-        mujoco.mj_contactForce(model, data, i, local)
-        # The frame's normal points from the first geom to the second, which feels the force.
-        sign = 1 if contact.geom2 == peg else -1
-        place = R_BH.T @ (contact.pos - p_BH)
-        group = 0 if place @ h < -0.3 * D else (1 if place @ e < 0 else 2)
-        sums[group] += sign * contact.frame[:3] * local[0]
-    return np.linalg.norm(sums, axis=1)
+def _normals(data, peg, axis, R_BH, p_BH):
+    """
+    Return the normal forces at K, B1 and B2 [N].
+
+    Parameters
+    ----------
+    data : MjData
+    peg : int
+        Geom of the peg.
+    axis : ndarray, shape (3,)
+        Of the peg, in the hole: it leans from h.
+    R_BH, p_BH : ndarray
+        Hole in the base.
+
+    """
+    sums, contact = np.zeros((3, 3)), data.contact
+    addresses = contact.efc_address
+    if not len(addresses):
+        return sums[0]
+    h = -axis[:2] / max(np.hypot(axis[0], axis[1]), 1e-12)
+    # The frame's normal points from the first geom to the second, which feels the force.
+    sign = np.where(contact.geom2 == peg, 1.0, -1.0)
+    # Of an elliptic cone the first row is that of the normal.
+    size = np.where(addresses >= 0, data.efc_force[addresses], 0.0)
+    place = (contact.pos - p_BH) @ R_BH[:, :2]
+    group = np.where(place @ h < -0.3 * D, 0, np.where(place @ [-h[1], h[0]] < 0, 1, 2))
+    np.add.at(sums, group, (sign * size)[:, None] * contact.frame[:, :3])
+    return np.sqrt((sums * sums).sum(axis=1))
