@@ -1,0 +1,1 @@
+"""A robot program in the loop: a cell of MuJoCo, the pipeline and `examples/insert.py`."""
