@@ -24,6 +24,7 @@ FAMILIES = {
     "insertion_estimates": "benchmarks.insertion.estimates",
     "gate": "benchmarks.engines.gate",
     "robot_cells": "benchmarks.robot_cells.drawn",
+    "loop": "benchmarks.loop.loop",
     "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
     "ablation": "benchmarks.ablation",
     "rivals": "benchmarks.rivals",

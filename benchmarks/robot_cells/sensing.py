@@ -93,7 +93,7 @@ def sent(rows: Rows, arm: Arm, driver: Driver) -> Sent:
     # On the robot; MuJoCo reports that on the peg's side.
     wrench = -rows.sensor
     if driver.compensated:
-        wrench -= _weight(rows.axes, arm)
+        wrench -= weight_taken_off(rows.axes, arm)
     if driver.low_pass:
         share = 1.0 - np.exp(-2 * np.pi * driver.low_pass * 1e-3)
         for k in range(1, len(wrench)):
@@ -118,7 +118,7 @@ def sent(rows: Rows, arm: Arm, driver: Driver) -> Sent:
     return Sent(ends, mean, joints)
 
 
-def _weight(axes, arm):
+def weight_taken_off(axes, arm):
     """Return what the controller takes the weight of gripper and peg for, sensor axes, (n, 6)."""
     mass = 1.01 * (arm.gripper_mass + PEG_MASS)
     (x, y, z), _ = arm.tool

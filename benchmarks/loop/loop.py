@@ -1,0 +1,148 @@
+"""
+A robot program in the loop: what stops, advice and plan change over drawn tries to insert.
+
+A try draws friction, clearance, where the hole is and how it leans, how the peg is gripped, and
+the sensor's noise. `examples/insert.py` then inserts in a cell of MuJoCo, in lockstep with the
+pipeline, in five variants that see the same draws. Loads are the engine's. A variant whose alarms
+never rose to what it reacts to is the same run as the one without, and is not run again.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.harness.family import Family, Member, Report
+from benchmarks.harness.pooled import share, spread
+from benchmarks.harness.tables import table
+from benchmarks.loop import drawn
+from benchmarks.loop.drawn import MOST_LOAD
+from benchmarks.loop.program import program_module
+from benchmarks.robot_cells import arms, sensing
+from peg_on_hole_ros.mechanics.planning.search import plan_motion
+from peg_on_hole_ros.mechanics.planning.words import as_data
+
+HERE = Path(__file__).parent
+# Options of the program; whether it closes by the plan; the level from which it differs from the
+# variant named last, which is otherwise the same run.
+VARIANTS = {
+    "plain": ({"stop_on_error": False, "follow_warn": False}, False, None, ""),
+    "stop": ({"stop_on_error": True, "follow_warn": False}, False, 2, "plain"),
+    "advice": ({"stop_on_error": True, "follow_warn": True}, False, 1, "plain"),
+    "plan": ({"stop_on_error": False, "follow_warn": False}, True, None, ""),
+    "all": ({"stop_on_error": True, "follow_warn": True}, True, 1, "plan"),
+}
+WORDS = {
+    "plain": "(a) plain, the controller's force limit alone",
+    "stop": "(b) stops on ERROR and tries again",
+    "advice": "(c) also follows the advice of a WARN",
+    "plan": "(d) plain, by the plan",
+    "all": "(e) all",
+}
+HEAD = (
+    "program", "tries", "inserted at first", "in the end", "time of those, median [s]",
+    "largest load, median, 95 %, worst [N]", f"above {MOST_LOAD:.0f} N", "with ERROR",
+    "needless stops", "runs that differ from the one above",
+)  # fmt: skip
+OTHER_STOPS = ("force limit", "nothing touched", "no hole found", "not in")
+
+
+def members(options) -> list[Member]:
+    """Return the draws."""
+    return [Member(f"try_{number:03d}", number) for number in range(options.tries)]
+
+
+def tries_option(parser) -> None:
+    """Add how many tries are drawn."""
+    parser.add_argument("--tries", type=int, default=20, help="drawn tries (20)")
+
+
+def score_member(member: Member, folder: Path) -> dict:
+    """Return what becomes of a draw in each variant."""
+    from benchmarks.loop.lockstep import play  # MuJoCo is no part of the extra `dev`
+
+    module, true = program_module(), drawn.drawn(member.of)
+    stated = drawn.configuration_of(true)
+    sizes = {
+        "hole_diameter": stated.scene.hole_diameter,
+        "peg_diameter": stated.scene.peg_diameter,
+    }
+    limits = stated.monitor.max_normal
+    plan = as_data(plan_motion(stated.scene, stated.plan, limits), stated.plan, ())
+    found: dict[str, dict] = {}
+    for name, (options, planned, level, like) in VARIANTS.items():
+        if level is not None and found[like]["worst_level"] < level:
+            found[name] = {**found[like], "own": False}
+            continue
+        told = module.Options(**sizes, **options, plan=plan if planned else None)
+        found[name] = {**play(true, module, told), "own": True}
+    return {"plan_possible": plan["possible"], "true": true._asdict(), "variants": found}
+
+
+def harmless(run: dict) -> bool:
+    """Return whether a run inserted at the first try, within what contacts bear."""
+    return run["outcome"] == "inserted" and run["tried"] == 1 and run["most_load"] <= MOST_LOAD
+
+
+def needless(run: dict, without: dict) -> bool:
+    """Return whether a run was stopped by an alarm where the one without alarms did no harm."""
+    by_alarm = any(not why.startswith(OTHER_STOPS) for _, _, why in run["stops"])
+    return by_alarm and harmless(without)
+
+
+def row(name: str, found: list[dict]) -> tuple:
+    """Return a line of the table."""
+    runs = [each["variants"][name] for each in found]
+    without = [each["variants"][VARIANTS[name][3] or name] for each in found]
+    n = len(runs)
+    ended = [run["outcome"] == "inserted" for run in runs]
+    safe = [harmless(each) for each in without]
+    loads = spread(run["most_load"] for run in runs)
+    times = spread(run["time"] for run, ok in zip(runs, ended) if ok)["median"]
+    return (
+        WORDS[name], n,
+        _share(sum(ok and run["tried"] == 1 for run, ok in zip(runs, ended)), n),
+        _share(sum(ended), n),
+        "-" if times is None else f"{times:.1f}",
+        f"{loads['median']:.0f}, {loads['p95']:.0f}, {loads['max']:.0f}",
+        _share(sum(run["most_load"] > MOST_LOAD for run in runs), n),
+        _share(sum(bool(run["errors"]) for run in runs), n),
+        _share(sum(needless(*both) for both in zip(runs, without)), sum(safe)),
+        sum(run["own"] for run in runs),
+    )  # fmt: skip
+
+
+def _share(hits: int, count: int) -> str:
+    found = share(hits, count)
+    if not count:
+        return "-"
+    return f"{hits} of {count} ({100 * found['low']:.0f} to {100 * found['high']:.0f} %)"
+
+
+def report(found, options) -> Report:
+    """Return a row for each variant, and all runs as CSV."""
+    figures = [each for _, each in found]
+    rows = [row(name, figures) for name in VARIANTS]
+    runs = [["try", "variant", "outcome", "tried", "time", "most_load", "errors", "stops"]]
+    for member, each in found:
+        for name, run in each["variants"].items():
+            stops = "; ".join(f"{t:.2f} s {stage}: {why}" for t, stage, why in run["stops"])
+            runs.append([
+                str(member), name, run["outcome"], run["tried"], f"{run['time']:.2f}",
+                f"{run['most_load']:.0f}", len(run["errors"]), stops,
+            ])  # fmt: skip
+    possible = sum(each["plan_possible"] for each in figures)
+    cpu = np.median([run["cpu"] for e in figures for run in e["variants"].values() if run["own"]])
+    text = (
+        f"{table(HEAD, rows)}\n\nShares have 95 % intervals (Wilson). A plan was possible in "
+        f"{possible} of {len(figures)}. A run takes {cpu:.0f} s of a core (median)."
+    )
+    return Report(text, {"runs": runs})
+
+
+FAMILY = Family(
+    members, score_member, report, tries_option,
+    sources=(
+        drawn, arms, sensing, HERE / "lockstep.py", HERE.parent / "robot_cells" / "cell.py",
+        HERE.parents[1] / "examples" / "insert.py",
+    ),
+)  # fmt: skip
