@@ -41,7 +41,7 @@ WORDS = {
 HEAD = (
     "program", "tries", "inserted at first", "in the end", "time of those, median [s]",
     "largest load, median, 95 %, worst [N]", f"above {MOST_LOAD:.0f} N", "with ERROR",
-    "needless stops", "runs that differ from the one above",
+    "needless stops", "runs of its own",
 )  # fmt: skip
 OTHER_STOPS = ("force limit", "nothing touched", "no hole found", "not in")
 
