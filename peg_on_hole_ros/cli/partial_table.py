@@ -1,10 +1,12 @@
 """A table of numbers that is kept row by row, so that interrupted work goes on where it was."""
 
 import csv
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.safe_text import printable
 
 
 class PartialTable:
@@ -69,8 +71,13 @@ class PartialTable:
         self._partial.unlink()
 
     def close(self) -> None:
-        """Leave the partial file for another run."""
+        """Leave the partial file for another run, and say so."""
         self._file.close()
+        print(
+            f"kept: {len(self.rows)} rows in {printable(self._partial)}; the same command goes on "
+            "from there",
+            file=sys.stderr,
+        )
 
 
 def write_table(path: Path, columns: Sequence[str], rows: Iterable[Sequence]) -> None:

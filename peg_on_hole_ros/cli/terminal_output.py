@@ -18,9 +18,14 @@ class _Stream:
 
     def __init__(self, stream):
         self._stream = stream
+        self.ended = False
 
     def write(self, text: str) -> int:
         """Write a text, or drop it; only its ends of lines are obeyed."""
+        if self.ended:
+            # Of a library that has kept the stream: colorama resets the terminal at its exit.
+            self.control(text)
+            return len(text)
         self.control("\n".join(map(printable, text.split("\n"))))
         return len(text)
 
@@ -55,11 +60,12 @@ class _Stream:
 def ignore_broken_pipes() -> Iterator[None]:
     """Do what is done within to its end, whether anybody reads or not."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = map(_Stream, before)
+    sys.stdout, sys.stderr = made = tuple(map(_Stream, before))
     try:
         yield
     finally:
-        for stream in (sys.stdout, sys.stderr):
+        for stream in made:
+            stream.ended = True
             try:
                 stream.flush()
             except OSError:

@@ -312,6 +312,7 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
 
     monkeypatch.setattr(Examiner, "__call__", until_interrupted)
     assert main(["stability", "--quick", "--out", str(cut)]) == 130
+    assert "kept: 2 rows in " in capsys.readouterr().err
     assert main(["stability", "--quick", "--out", str(cut)]) == 0
     # Four places of two methods, two more of the default alone; the third is begun twice.
     assert len(calls) == 4 * 2 + 2 + 1

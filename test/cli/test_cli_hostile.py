@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+import sys
 
 import pytest
 from mcap.writer import Writer
@@ -13,6 +14,7 @@ from cli_helpers import command, config, fails
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.terminal_output import ignore_broken_pipes
 from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.definitions import definition
@@ -234,3 +236,12 @@ def test_a_fault_of_the_program_is_one_line_and_its_traceback_on_request(capsys,
     monkeypatch.setenv(TRACEBACK, "1")
     assert exit_code(fault) == INTERNAL
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_library_that_keeps_the_stream_resets_the_terminal_at_exit(capsys):
+    """As colorama does, which numba loads: its escape is for the terminal, and no text."""
+    with ignore_broken_pipes():
+        kept = sys.stdout
+        kept.write("\x1b[0m within")
+    kept.write("\x1b[0m")
+    assert capsys.readouterr().out == "\\x1b[0m within\x1b[0m"
