@@ -11,6 +11,7 @@ engine's: pose and rates of the peg in the hole, and the normal forces at rim an
 
 import argparse
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -62,8 +63,12 @@ def modes(rows, gamma0: float) -> np.ndarray:
     return found
 
 
-def write(path: Path, rows, name: str, configuration=None, driver=None) -> None:
-    """Write the bag of a cell; what is not given is that of the shipped one."""
+def write(path: Path, rows, name: str, configuration=None, driver=None, thin: int = 1) -> None:
+    """
+    Write the bag of a cell; what is not given is that of the shipped one.
+
+    `thin`: of the messages, each so manieth is written; all truth is that of its stamps.
+    """
     arm, driver = ARMS[name.removesuffix("_base")], driver or CELLS[name].driver
     sent, mode = sensing.sent(rows, arm, driver), modes(rows, GAMMA0)
     # Over the time of a message, as its wrench is.
@@ -73,7 +78,8 @@ def write(path: Path, rows, name: str, configuration=None, driver=None) -> None:
     with BagWriter(path, configuration, latched=["/robot_description"]) as bag:
         if CELLS[name].describes:
             bag.write("/robot_description", STRING, {"data": urdf(arm)}, START_NS)
-        for k, wrench, joints, carried in zip(sent.rows, sent.wrench, sent.joints, loads):
+        messages = zip(sent.rows, sent.wrench, sent.joints, loads)
+        for k, wrench, joints, carried in islice(messages, 0, None, thin):
             t_ns = START_NS + round(rows.t[k] * 1e9)
             state = joint_state(t_ns, arm.joints, joints.round(9), frame="base_link")
             bag.write("/joint_states", JOINT_STATE, state, t_ns)

@@ -124,15 +124,29 @@ def rows_of(cell: Cell, setting: dict, folder: Path) -> Rows:
     return rows
 
 
-def score(cell: Cell, folder: Path) -> dict:
-    """Return what a replay tells of a cell, against the engine."""
+class Recording(NamedTuple):
+    """A cell's bag with its truth, what is stated of the cell, and what the engine gave."""
+
+    path: Path
+    configuration: Configuration
+    rows: Rows
+
+
+def recorded(cell: Cell, folder: Path, noise: int = 1, thin: int = 1) -> Recording:
+    """Write what a cell's robot sends, with noise of a number, each so manieth message of it."""
     setting = drawn(cell)
     rows = rows_of(cell, setting, folder)
     configuration = configuration_of(cell, setting)
     path = folder / f"{cell.arm}_{cell.contact}_{cell.number}.mcap"
-    noise = int(np.random.SeedSequence([*cell.seed, 1]).generate_state(1)[0])
-    driver = replace(bags.CELLS[cell.arm].driver, seed=noise)
-    bags.write(path, rows, cell.arm, configuration, driver)
+    seed = int(np.random.SeedSequence([*cell.seed, noise]).generate_state(1)[0])
+    driver = replace(bags.CELLS[cell.arm].driver, seed=seed)
+    bags.write(path, rows, cell.arm, configuration, driver, thin)
+    return Recording(path, configuration, rows)
+
+
+def score(cell: Cell, folder: Path) -> dict:
+    """Return what a replay tells of a cell, against the engine."""
+    path, configuration, rows = recorded(cell, folder)
     bag = Bag(path)
     truth = read_truth(bag)
     told, outputs = Score(truth), _Outputs(truth, rows)

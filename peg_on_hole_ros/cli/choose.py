@@ -1,7 +1,7 @@
 """`peg-on-hole choose`: the cheapest method and the lowest rate that are enough for a cell."""
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isnan
 from pathlib import Path
 from time import thread_time
@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.bag_and_configuration import open_recording
 from peg_on_hole_ros.cli.output_paths import check_output_paths, out_folder, write_text
 from peg_on_hole_ros.cli.pictures import needed, save
@@ -23,8 +24,10 @@ from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.replay.run import replay_bag
 from peg_on_hole_ros.sim.truth import Truth, integrate
 from peg_on_hole_ros.study.choice import (
+    FEW,
     THINNED,
     Limit,
+    Measured,
     Seeds,
     Tolerances,
     Tried,
@@ -41,6 +44,7 @@ from peg_on_hole_ros.study.motions import (
     recorded_motion,
     simulated_cell,
 )
+from peg_on_hole_ros.study.runs import run as run_once
 
 FIRST_CHOICE_SEED = 900
 # What a limit gives is told from so many seeds.
@@ -69,7 +73,7 @@ def run(arguments: Namespace) -> int:
     folder = None if arguments.out is None else out_folder(arguments.out, arguments.config)
     seeds = Seeds(FIRST_CHOICE_SEED, arguments.seeds)
     with ProgressBar("choose") as progress:
-        found = _all_tried(motion.truth, seeds, progress)
+        found = all_tried(Measured(motion.truth, seeds), within, progress)
         chosen = cheapest(found, within)
         known = list(
             limits(
@@ -155,9 +159,25 @@ class _Rows:
 
 def _of_recording(arguments) -> CellMotion:
     opened = open_recording(arguments.bag, arguments.config)
-    rows = _Rows()
     with ProgressBar(f"replaying {arguments.bag}") as progress:
-        replay_bag(opened.bag, opened.configuration, 0.0, [rows], progress)
+        truth, begin, end = motion_of(opened.bag, opened.configuration, progress)
+    return CellMotion(truth, f"the motion of {arguments.bag} from {begin:.2f} to {end:.2f} s")
+
+
+def motion_of(
+    bag: Bag, configuration: Configuration, progress: Callable[[float], None] = lambda share: None
+) -> tuple[Truth, float, float]:
+    """
+    Return the simulated motion of a recording, and from when to when it is followed [s].
+
+    Raises
+    ------
+    PegOnHoleError
+        There is none on three contacts that is long enough, or simulation does not keep them.
+
+    """
+    rows = _Rows()
+    replay_bag(bag, configuration, 0.0, [rows], progress)
     t_ns, state, force, good = (np.concatenate(part) for part in zip(*rows.parts))
     t = (t_ns - t_ns[0]) * 1e-9
     period = float(np.median(np.diff(t)))
@@ -173,10 +193,8 @@ def _of_recording(arguments) -> CellMotion:
         -np.column_stack([c * x + s * y, c * y - s * x, z]),
     )
     rate = max(round(1.0 / period), 10)
-    truth = recorded_motion(simulated_cell(opened.configuration), recorded, rate)
-    return CellMotion(
-        truth, f"the motion of {arguments.bag} from {t[begin]:.2f} to {t[end - 1]:.2f} s"
-    )
+    truth = recorded_motion(simulated_cell(configuration), recorded, rate)
+    return truth, float(t[begin]), float(t[end - 1])
 
 
 def _longest(t, good, gap):
@@ -197,13 +215,16 @@ def _longest(t, good, gap):
     return best
 
 
-def _all_tried(truth, seeds, progress):
+def all_tried(
+    motion: Measured, within: Tolerances, progress: Callable[[float], None] = lambda share: None
+) -> list[Tried]:
+    """Return what becomes of every method at every rate."""
     found = []
     pairs = [(method, every) for every in THINNED for method in COMPARED]
     # A warm run: what is compiled for the first time is no cost of a method.
-    tried(truth, COMPARED[0], THINNED[-1], Seeds(seeds.first, 1), thread_time)
+    run_once(motion.truth.plan.configuration, motion.thinned(0, THINNED[-1]), thread_time)
     for k, (method, every) in enumerate(pairs):
-        found.append(tried(truth, method, every, seeds, thread_time))
+        found.append(tried(motion, method, every, thread_time, within))
         progress((k + 1) / (len(pairs) + 1))
     return found
 
@@ -224,7 +245,7 @@ def in_words(
         table(
             ["method", "wrench", "reactions off", "tilt's rate off", "within 95 %", "determined",
              "flag off", "step", "whole path", ""],
-            [_row(one, within) for one in found],
+            [_row(one, within, max(each.draws for each in found)) for one in found],
         ),
         "",
     ]  # fmt: skip
@@ -257,9 +278,11 @@ def _cell(configuration: Configuration) -> str:
     )
 
 
-def _row(one, within):
+def _row(one, within, draws):
     if one.enough(within):
         remark = "enough"
+    elif one.draws == FEW < draws:
+        remark = f"far off after {FEW} draws"
     elif one.lost:
         remark = "lost"
     elif not one.holds:

@@ -13,7 +13,15 @@ from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.bare_balance import bare_balance
 from peg_on_hole_ros.study.cost_floor import cost_along, noted, taken_anew
 from peg_on_hole_ros.study.estimators import DEFAULT, ESTIMATORS, Estimator
-from peg_on_hole_ros.study.runs import Errors, Track, always_in_contact, errors, run, thinned
+from peg_on_hole_ros.study.runs import (
+    LEAST_COVERED,
+    Errors,
+    Track,
+    always_in_contact,
+    errors,
+    run,
+    thinned,
+)
 from peg_on_hole_ros.study.scenes import (
     SCENE_KINDS,
     Case,
@@ -25,8 +33,6 @@ from peg_on_hole_ros.study.scenes import (
 
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
 WARM = 150
-# Below this, 95 % bounds are sure and wrong.
-OVERCONFIDENT_COVERAGE = 0.9
 # Of the samples; an estimator that determines less tells nothing.
 LEAST_DETERMINED = 0.5
 # A slower wrench is one of those that come with an orientation [ns].
@@ -376,7 +382,7 @@ def limits(found: list[Overall]) -> tuple[list[Overall], Limits]:
 
 def keeps(row: Overall) -> bool:
     """Return whether an estimator's word on its reactions counts."""
-    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= OVERCONFIDENT_COVERAGE
+    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= LEAST_COVERED
     return bool(sure) and not row.lost
 
 

@@ -9,18 +9,26 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED
-from peg_on_hole_ros.study.cost_floor import noted, taken_anew
+from peg_on_hole_ros.study.cost_floor import Noted, noted, taken_anew
 from peg_on_hole_ros.study.motions import on_three
-from peg_on_hole_ros.study.runs import INSIDE_STDDEVS, Compared, Track, compared, run, thinned
+from peg_on_hole_ros.study.runs import (
+    INSIDE_STDDEVS,
+    LEAST_COVERED,
+    Compared,
+    Track,
+    compared,
+    run,
+    thinned,
+)
 from peg_on_hole_ros.study.scenes import first_samples
 
 # The wrench of a motion is thinned by these.
 THINNED = (1, 2, 4, 10)
-# Least share of determined reactions within 95 % bounds.
-LEAST_COVERED = 0.9
+# What is off by so many times the tolerance after so many draws is given no more of them.
+FAR, FEW = 3.0, 2
 # What may limit it: a name, and what a half of it is, or twice the rate.
 HALVED = ("force_stddev", "torque_stddev", "position_stddev")
 _NOISE_WORDS = {
@@ -71,9 +79,11 @@ class Tried(NamedTuple):
     lost : float
         Share of the seeds.
     step : float
-        Computing time of the compiled step for a wrench [us].
+        Computing time of the compiled step for a wrench [us]; NaN without a clock, as `whole`.
     whole : float
         The same of the whole path, for a millisecond of motion.
+    draws : int
+        Of the noise, that all this is told from.
 
     """
 
@@ -87,6 +97,7 @@ class Tried(NamedTuple):
     lost: float
     step: float
     whole: float
+    draws: int
 
     @property
     def holds(self) -> bool:
@@ -127,62 +138,110 @@ class Seeds(NamedTuple):
         return range(self.first, self.first + self.drawn)
 
 
+class Measured:
+    """
+    A motion, and what its sensors say of it: drawn once, for all methods and rates.
+
+    Parameters
+    ----------
+    truth : Truth
+    seeds : Seeds
+
+    """
+
+    def __init__(self, truth: Truth, seeds: Seeds) -> None:
+        self.truth, self.drawn = truth, seeds.drawn
+        exact = sensor_wrench(truth)
+        self._draws = [list(measure(truth, seed, exact=exact)) for seed in seeds.numbers()]
+        self._noted: dict[int, Noted] = {}
+
+    def thinned(self, turn: int, every: int) -> list:
+        """Return a draw's so manieth wrenches, with the orientations of these."""
+        plan = self.truth.plan
+        period, joint_period = 10**9 // plan.wrench_rate, 10**9 // plan.joint_rate
+        # Another begin for each draw, where an orientation comes with the wrench.
+        begin = turn * period // joint_period * joint_period % (every * period)
+        return thinned(self._draws[turn], every * period, begin)
+
+    def noted(self, every: int, clock: Callable[[], float]) -> Noted:
+        """Return the first draw's steps of the default estimator."""
+        if every not in self._noted:
+            configuration = self.truth.plan.configuration
+            self._noted[every] = noted(configuration, self.thinned(0, every), clock)
+        return self._noted[every]
+
+
 def tried(
-    truth: Truth,
+    motion: Measured,
     method: str,
     every: int,
-    seeds: Seeds,
-    clock: Callable[[], float],
+    clock: Callable[[], float] | None,
+    within: Tolerances | None = None,
 ) -> Tried:
     """
     Return what becomes of a method on a motion, by the whole path, modes and alarms too.
 
     Parameters
     ----------
-    truth : Truth
+    motion : Measured
     method : str
         Of `filter.method`.
     every : int
         It is given each so manieth wrench, and the orientations of these; seeds begin at others.
-    seeds : Seeds
-    clock : callable
-        Returns a time [s].
+    clock : callable or None
+        Returns a time [s]; None: what it costs is not asked.
+    within : Tolerances, optional
+        What is off by FAR times them after FEW draws is given no more.
 
     """
+    truth = motion.truth
     given = truth.plan.configuration
     configuration = replace(given, filter=replace(given.filter, method=method))
-    period = 10**9 // truth.plan.wrench_rate
-    joint_period = 10**9 // truth.plan.joint_rate
     count = on_three(truth)
     three = first_samples(truth, count)
     changes = float(truth.t_ns[count]) * 1e-9 if count < len(truth.t_ns) else float("nan")
     found: list[Compared | None] = []
     flags: list[float] = []
-    seconds: list[float] = []
-    samples: list = []
-    for turn, seed in enumerate(seeds.numbers()):
-        # Another begin for each seed, where an orientation comes with the wrench.
-        begin = turn * period // joint_period * joint_period % (every * period)
-        samples = thinned(measure(truth, seed), every * period, begin)
-        track = run(configuration, samples, clock)
-        seconds.append(track.seconds)
+    seconds = float("nan")
+    for turn in range(motion.drawn):
+        if turn == FEW and within is not None and _far(found, three, within):
+            break
+        # The first draw tells what a node would cost.
+        live = clock is not None and turn == 0
+        track = run(configuration, motion.thinned(turn, every), clock or _none, live=live)
+        seconds = track.seconds if live else seconds
         flag = float("inf") if track.flag_ns is None else track.flag_ns * 1e-9 - changes
         flags.append(abs(flag))
         found.append(compared(three, _first(track, int(three.t_ns[-1]))))
-    told = [one for one in found if one is not None and len(one.error)]
-    settings = METHODS[method].settings or {}
-    calls = noted(configuration, samples, clock)
-    _, step = min(
-        (taken_anew(calls, default_settings(**settings), clock) for _ in range(3)),
-        key=lambda one: one[1],
-    )
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
     return Tried(
-        method, truth.plan.wrench_rate / every, *_pooled(told, three),
+        method, truth.plan.wrench_rate / every, *_pooled(found, three),
         float("nan") if np.isnan(changes) else float(np.quantile(flags, 0.9, method="higher")),
-        1.0 - sum(not one.lost for one in told) / len(found),
-        1e6 * step, 1e6 * float(np.median(seconds)) / duration_ms,
+        1.0 - sum(not one.lost for one in _telling(found)) / len(found),
+        1e6 * _step(motion, method, every, clock), 1e6 * seconds / duration_ms, len(found),
     )  # fmt: skip
+
+
+def _none() -> float:
+    return float("nan")
+
+
+def _step(motion: Measured, method: str, every: int, clock: Callable[[], float] | None) -> float:
+    """Return the computing time of the compiled step for a wrench [s]."""
+    if clock is None:
+        return float("nan")
+    calls, settings = motion.noted(every, clock), METHODS[method].settings or {}
+    return min(taken_anew(calls, default_settings(**settings), clock)[1] for _ in range(3))
+
+
+def _far(found: Sequence[Compared | None], truth: Truth, within: Tolerances) -> bool:
+    """Return whether more draws cannot bring what was found near to the tolerances."""
+    reactions, tilt_rate, *_ = _pooled(found, truth)
+    return reactions > FAR * within.reactions or tilt_rate > FAR * within.tilt_rate
+
+
+def _telling(found: Sequence[Compared | None]) -> list[Compared]:
+    return [one for one in found if one is not None and len(one.error)]
 
 
 def _first(track: Track, until_ns: int) -> Track:
@@ -194,8 +253,9 @@ def _first(track: Track, until_ns: int) -> Track:
     )  # fmt: skip
 
 
-def _pooled(told: Sequence[Compared], truth: Truth) -> tuple[float, float, float, float]:
+def _pooled(found: Sequence[Compared | None], truth: Truth) -> tuple[float, float, float, float]:
     """Return errors of reactions and of the tilt's rate, coverage, and what is determined."""
+    told = _telling(found)
     if not told:
         return float("inf"), float("inf"), 0.0, 0.0
     error = np.concatenate([one.error for one in told])
@@ -241,12 +301,12 @@ def limits(
     """
     every = round(truth.plan.wrench_rate / chosen.rate)
     for name in HALVED:
-        other = _with_half(truth, name)
-        one = tried(other, chosen.method, every, seeds, clock)
+        other = Measured(_with_half(truth, name), seeds)
+        one = tried(other, chosen.method, every, clock)
         yield Limit(f"half of the {_NOISE_WORDS[name]}", one.reactions, one.tilt_rate)
     if every > 1:
         faster = max(each for each in THINNED if each < every)
-        one = tried(truth, chosen.method, faster, seeds, clock)
+        one = tried(Measured(truth, seeds), chosen.method, faster, clock)
         yield Limit(f"a wrench at {one.rate:g} Hz", one.reactions, one.tilt_rate)
 
 

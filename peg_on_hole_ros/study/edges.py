@@ -7,7 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED
 from peg_on_hole_ros.study.map_places import Axis, MapPlace
-from peg_on_hole_ros.study.stability import DEFAULT, LEAST_COVERAGE, Result, Verdict
+from peg_on_hole_ros.study.runs import LEAST_COVERED
+from peg_on_hole_ros.study.stability import DEFAULT, Result, Verdict
 
 # A value that holds and one that does not are apart by at most this factor.
 EDGE_RATIO = 1.1
@@ -104,7 +105,7 @@ def what(result: Result) -> str:
     if result.verdict is Verdict.DIVERGED:
         return f"{result.lost} of {result.seeds} runs are lost"
     if result.verdict is Verdict.ERRS:
-        return f"bounds hold in {_percent(result.inside, LEAST_COVERAGE)} % ({result.worst})"
+        return f"bounds hold in {_percent(result.inside, LEAST_COVERED)} % ({result.worst})"
     if result.verdict is Verdict.UNTOLD:
         return f"reactions are determined in {_percent(result.determined, LEAST_DETERMINED)} %"
     return "holds"

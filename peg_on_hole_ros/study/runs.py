@@ -10,6 +10,8 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.estimator.methods.registry import make_filter
+from peg_on_hole_ros.monitor.output_row import ROW
+from peg_on_hole_ros.records import Arrivals, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.smoothed import Smoothed
@@ -19,6 +21,8 @@ SETTLE_NS = 50_000_000
 # An orientation further off at the end than so many standard deviations of a measured one.
 LOST_STDDEVS = 10.0
 INSIDE_STDDEVS = 1.959964
+# Where less of a quantity is within its 95 % bounds, these are sure and wrong.
+LEAST_COVERED = 0.9
 # A peg in the hole that goes in faster slides [m/s].
 SLIDES = 5e-4
 
@@ -89,7 +93,7 @@ def always_in_contact(configuration: Configuration) -> Configuration:
 
 
 def run(configuration: Configuration, samples: Sequence, clock: Callable[[], float],
-        make: Make = make_filter) -> Track:  # fmt: skip
+        make: Make = make_filter, live: bool = True) -> Track:  # fmt: skip
     """
     Run the pipeline over samples with an estimator.
 
@@ -102,32 +106,59 @@ def run(configuration: Configuration, samples: Sequence, clock: Callable[[], flo
         Returns a time [s].
     make : callable
         As `make_filter`; what a `Smoothed` tells counts when all is over.
+    live : bool
+        Each sample is given by itself, as a node is; else thousands at once, as in a replay,
+        which gives the same numbers in a fifth of the time.
 
     """
-    pipeline, rows = Pipeline(configuration, make=make), []
+    pipeline = Pipeline(configuration, make=make)
     begun = clock()
-    for outputs in pipeline.play(samples):
-        rows.append(outputs)
+    if live:
+        outputs = list(pipeline.play(samples))
+        stamps, rows = [one.t_ns for one in outputs], np.array([one.row for one in outputs], ROW)
+    else:
+        stamps, rows = _at_once(pipeline, samples)
     smoothed = None
     if isinstance(pipeline.filter, Smoothed):
         smoothed = pipeline.filter.smooth_with_reactions()
     seconds = clock() - begun
-    values, stddev = np.full((len(rows), 9), np.nan), np.full((len(rows), 9), np.nan)
-    for k, outputs in enumerate(rows):
-        values[k, :6], values[k, 6:] = outputs.state, outputs.normal
-        stddev[k, :6] = np.sqrt(np.diagonal(outputs.state_covariance))
-        stddev[k, 6:] = outputs.normal_stddev
-    t_ns = np.array([outputs.t_ns for outputs in rows], np.int64)
-    determined = np.array([bool(o.monitor["reactions_determined"]) for o in rows], bool)
+    variance = np.diagonal(rows["state_covariance"], axis1=1, axis2=2)
+    values = np.hstack([rows["state"], rows["normal"]])
+    stddev = np.hstack([np.sqrt(variance), rows["normal_stddev"]])
+    t_ns = np.array(stamps, np.int64)
+    determined = rows["reactions_determined"] == 1.0
     if smoothed is not None:
         _, at, _ = np.intersect1d(smoothed[0], t_ns, return_indices=True)
         values, stddev = smoothed[1][at], smoothed[2][at]
-    told = (outputs.t_ns for outputs in rows if outputs.transition)
-    flag = next(told, None)
+    flags = t_ns[rows["transition"] != 0]
     return Track(
         t_ns - START_NS, values, stddev, determined, seconds,
-        None if flag is None else flag - START_NS,
+        int(flags[0]) - START_NS if len(flags) else None,
     )  # fmt: skip
+
+
+def _at_once(pipeline: Pipeline, samples: Sequence) -> tuple[np.ndarray, np.ndarray]:
+    """Return stamps and rows of what samples give that are sound, pushed together."""
+    of_wrench = np.array([isinstance(sample, WrenchSample) for sample in samples])
+    wrenches = [one for one in samples if isinstance(one, WrenchSample)]
+    joints = [one for one in samples if not isinstance(one, WrenchSample)]
+    delay_ns = round(pipeline.configuration.joints.delay * 1e9)
+    arrivals = Arrivals(
+        of_wrench,
+        np.array([one.t_ns for one in samples], np.int64) - np.where(of_wrench, 0, delay_ns),
+        np.ones(len(samples), bool),
+        np.array([[*one.force, *one.torque] for one in wrenches]),
+        np.array([pipeline.orientation(one).row for one in joints]),  # type: ignore[union-attr]
+        np.array([one.position for one in joints], float),
+    )
+    parts, end = [], 0
+    while end < len(samples):
+        end, rows = pipeline.push(arrivals, end)
+        parts.append(rows)
+    return (
+        np.concatenate([rows.t_ns for rows in parts]),
+        np.concatenate([rows.values for rows in parts]),
+    )
 
 
 class Compared(NamedTuple):

@@ -18,6 +18,7 @@ from peg_on_hole_ros.study.estimators import BARE, DDE_DRIVEN, by_method
 from peg_on_hole_ros.study.map_places import MapPlace, truth_at
 from peg_on_hole_ros.study.runs import (
     INSIDE_STDDEVS,
+    LEAST_COVERED,
     Track,
     always_in_contact,
     compared,
@@ -35,8 +36,6 @@ COMPARED_METHODS: dict[str, Make | None] = {
     "particles_1000": partial(by_method, "particles_1000"),
     BARE: None,
 }
-# Of 95 % bounds, of the least covered quantity.
-LEAST_COVERAGE = 0.9
 QUANTITIES = ("gamma", "psi", "phi", "gamma'", "psi'", "phi'", "N_K", "N_B1", "N_B2")
 _STATES = 6
 
@@ -199,7 +198,7 @@ def judged(method: str, found: list, mean_reaction: float) -> Result:
     verdict = Verdict.HOLDS
     if lost:
         verdict = Verdict.DIVERGED
-    elif shares[worst] < LEAST_COVERAGE:
+    elif shares[worst] < LEAST_COVERED:
         verdict = Verdict.ERRS
     elif share < LEAST_DETERMINED:
         verdict = Verdict.UNTOLD

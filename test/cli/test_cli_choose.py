@@ -11,7 +11,7 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.study import choice, motions
-from peg_on_hole_ros.study.choice import Limit, Seeds, Tolerances, Tried
+from peg_on_hole_ros.study.choice import Limit, Measured, Seeds, Tolerances, Tried
 from simulated import ROOT
 
 CELL = str(ROOT / "config" / "plan_cell.yaml")
@@ -31,7 +31,7 @@ def planned():
 
 
 def made_up(method, rate, **changed):
-    good = Tried(method, rate, 0.02, 0.05, 0.95, 1.0, 0.005, 0.0, 10.0, 100.0)
+    good = Tried(method, rate, 0.02, 0.05, 0.95, 1.0, 0.005, 0.0, 10.0, 100.0, 12)
     return good._replace(**changed)
 
 
@@ -110,16 +110,49 @@ def test_a_recorded_motion_is_followed(planned):
 
 
 def test_what_is_tried_is_the_method_with_its_cost(planned):
-    default, balance = (
-        choice.tried(planned, method, 1, Seeds(1, 2), clock) for method in ("mixture", "balance")
-    )
+    motion = Measured(planned, Seeds(1, 2))
+    default, balance = (choice.tried(motion, name, 1, clock) for name in ("mixture", "balance"))
     assert default.rate == balance.rate == 500.0
     assert default.reactions < balance.reactions and default.holds
     # By a clock that tells looks, a run takes a second, and all steps of a motion too.
     assert default.whole == pytest.approx(1e6 / (planned.t_ns[-1] * 1e-6))
     assert default.flag < 0.02
-    slower = choice.tried(planned, "mixture", 4, Seeds(1, 2), clock)
+    slower = choice.tried(motion, "mixture", 4, clock)
     assert slower.rate == 125.0 and slower.step > default.step
+
+
+def test_what_is_far_off_is_given_no_more_draws(planned):
+    motion = Measured(planned, Seeds(1, choice.FEW + 2))
+    every, near, far = (
+        choice.tried(motion, "balance", 4, clock, within)
+        for within in (None, Tolerances(1.0, 10.0), Tolerances(1e-4, 10.0))
+    )
+    assert every.draws == near.draws == choice.FEW + 2 and far.draws == choice.FEW
+    # What is cut short is the same for as long as it lasts, and not enough.
+    assert every._replace(step=0.0) == near._replace(step=0.0)
+    assert far.reactions == pytest.approx(every.reactions, rel=0.5)
+    row = choose._row(far, Tolerances(1e-4, 10.0), every.draws)
+    assert row[-1] == f"far off after {choice.FEW} draws"
+
+
+def test_without_a_clock_there_is_no_cost_and_the_same_numbers(planned):
+    motion = Measured(planned, Seeds(1, 2))
+    timed = choice.tried(motion, "mixture", 4, clock)
+    free = choice.tried(motion, "mixture", 4, None)
+    assert np.isnan(free.step) and np.isnan(free.whole)
+    # Samples one by one, as a node takes them, and all at once are the same bit for bit.
+    assert free._replace(step=timed.step, whole=timed.whole) == timed
+
+
+def test_draws_of_a_motion_differ_and_begin_with_an_orientation(planned):
+    motion = Measured(planned, Seeds(1, 2))
+    one, other = motion.thinned(0, 4), motion.thinned(1, 4)
+    assert one != other and one == motion.thinned(0, 4)
+    # As many orientations as wrenches, each before its own.
+    for samples in (one, other):
+        stamps = [sample.t_ns for sample in samples]
+        assert stamps[::2] == stamps[1::2] and set(np.diff(stamps[::2])) == {8_000_000}
+    assert one[0].t_ns != other[0].t_ns
 
 
 def test_half_of_a_noise_is_stated_and_true(planned):
