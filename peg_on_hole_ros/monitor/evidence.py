@@ -6,6 +6,7 @@ from typing import Annotated
 from peg_on_hole_ros.estimator.estimate import Estimate
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.cone import cone_evidence
 from peg_on_hole_ros.monitor.contact_load import (
     ContactLoad,
     carried_load,
@@ -244,6 +245,7 @@ def weigh_wrench(
     found_plate = plate_evidence(estimate, evidence.pressed)
     if no_way and under > 0.5:
         no_walls = evidence_against_walls(estimate, evidence.pressed, place)
+        no_walls = max(no_walls, cone_evidence(estimate, evidence.pressed))
         found_plate = max(found_plate, no_walls) if no_walls > 0.0 else found_plate
     found_plate *= 1.0 - p[FREE]
     evidence.plate = follow_plate(evidence.plate, found_plate, prior, passed, settings)

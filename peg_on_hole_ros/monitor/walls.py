@@ -33,7 +33,7 @@ def evidence_against_walls(estimate: Estimate, load: ContactLoad, place: PlaceMi
 
     """
     push = -load.force[2]
-    friction, length = _most_friction(estimate), _least_length(estimate)
+    friction, length = most_friction(estimate), _least_length(estimate)
     if load.share <= 0.0 or push <= 0.0 or friction <= 0.0 or length <= 0.0:
         return 0.0
     shallow = place.depth + PLACE_CHECK.sure * place.depth_stddev < length
@@ -57,7 +57,7 @@ def evidence_against_walls(estimate: Estimate, load: ContactLoad, place: PlaceMi
 
 
 @compiled
-def _most_friction(estimate: Estimate) -> float:
+def most_friction(estimate: Estimate) -> float:
     """Return the friction that keeps most."""
     stddev = sqrt(max(estimate.friction_variance, 0.0))
     friction: float = estimate.scene.f + WALLS_TEST.sure * stddev

@@ -27,8 +27,12 @@ def axes(gamma, psi):
 
 
 @cache
-def search(gamma, place=None, aside=0.2):
-    """Press a peg down at its lowest point; return the outputs, and the pipeline."""
+def search(gamma, place=None, aside=0.2, towards=0.0):
+    """
+    Press a peg down at its lowest point; return the outputs, and the pipeline.
+
+    `aside`: what the push has across the hole, of that along it; `towards`: its azimuth [rad].
+    """
     rng, R = np.random.default_rng(3), axes(gamma, 0.4)
     lever = np.array([-SCENE.peg_diameter / 2, 0.0, 0.0]) - WRENCH.sensor_xyz
     weight = R.T @ [0.0, 0.0, -SCENE.peg_mass * 9.80665]
@@ -47,7 +51,7 @@ def search(gamma, place=None, aside=0.2):
         if k % 2 == 0:
             line.on_joints(JointSample(t_ns, ("gamma", "psi", "phi"), (0.0, 0.0, 0.0)))
         push = PUSH * min(max((k - DOWN) / 100, 0.0), 1.0)
-        pushed = R.T @ [aside * push, 0.0, push]
+        pushed = push * R.T @ [aside * np.cos(towards), aside * np.sin(towards), 1.0]
         force = rng.normal(0, WRENCH.force_stddev, 3) - pushed - weight
         torque = rng.normal(0, WRENCH.torque_stddev, 3)
         torque -= np.cross(lever, pushed) + np.cross(to_mass, weight)
@@ -136,5 +140,24 @@ def test_a_landing_on_a_cone_teaches_nothing(gamma, place):
 
 def test_a_load_of_a_cone_is_one_of_walls_where_the_peg_is_in_the_hole():
     assert modes(search(0.004, (0.0, 0.0, -20e-3), ON_A_CONE)[0]) == {"two_point"}
-    # Two points 2.5 mm deep, 0.05 d, carry it by friction.
+    # It has a couple about where it comes from: two points 0.05 d deep carry it by friction.
     assert modes(search(0.04, None, ON_A_CONE)[0]) == {"two_point"}
+
+
+# The cone pushes the lowest point towards the axis, that is, where the peg leans from.
+INWARDS = 0.4
+
+
+@pytest.mark.parametrize(("gamma", "aside"), [(0.01, 1.0), (0.04, 1.0), (0.04, 0.6), (0.055, 1.4)])
+def test_a_landing_on_a_cone_is_told_by_its_line_of_action(gamma, aside):
+    """By friction 0.2 a cone of 45 degrees pushes aside by 0.67 to 1.5 of what it carries."""
+    outputs, _ = search(gamma, None, aside, INWARDS)
+    assert modes(outputs) == {"unknown"}
+    assert {a.level for o in outputs for a in o.alarms} == {0}
+    friction = {o.monitor["friction"] for o in outputs}
+    assert max(friction) - min(friction) < 1e-6
+
+
+def test_a_wall_at_the_lower_edge_is_no_cone():
+    """It pushes the same point, farther aside than its friction reaches."""
+    assert modes(search(0.04, None, 5.0, INWARDS)[0]) == {"two_point"}
