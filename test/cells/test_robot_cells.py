@@ -34,12 +34,16 @@ CELLS = {
     "ur_like_base": Limits(5e-4, 7.0, 0.95, 0.03),
     "franka_like": Limits(1e-3, 9.0, 0.93, 0.03),
     "iiwa_like": Limits(8e-4, 8.0, 0.93, 0.03),
+    # Its truth goes through at 4.480 s.
+    "iiwa_like_chamfers": Limits(8e-4, 4.0, 0.97, 0.04),
 }
 TOUCHES = 1.70, 1.90  # [s]
 IN_THE_HOLE = 4.50
 
 
-@pytest.mark.parametrize("name", at_push(["ur_like_base", "franka_like"], CELLS))
+@pytest.mark.parametrize(
+    "name", at_push(["ur_like_base", "franka_like", "iiwa_like_chamfers"], CELLS)
+)
 def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     bag, limits = ROOT / "bags" / f"cell_{name}.mcap", CELLS[name]
     path = tmp_path / "s.json"
