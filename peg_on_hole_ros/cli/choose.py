@@ -47,6 +47,7 @@ from peg_on_hole_ros.study.motions import (
 from peg_on_hole_ros.study.runs import run as run_once
 
 FIRST_CHOICE_SEED = 900
+_LIMITED = {"reactions": "the reactions", "tilt_rate": "the tilt's rate"}
 # What a limit gives is told from so many seeds.
 LIMIT_SEEDS = 6
 # Those that may pay; the others of `filter.method` lose to one of them in every scene.
@@ -77,7 +78,7 @@ def run(arguments: Namespace) -> int:
         chosen = cheapest(found, within)
         known = list(
             limits(
-                motion.truth, chosen or nearest(found),
+                motion.truth, chosen or nearest(found, within),
                 Seeds(FIRST_CHOICE_SEED, min(arguments.seeds, LIMIT_SEEDS)), thread_time,
             )
         )  # fmt: skip
@@ -253,7 +254,9 @@ def in_words(
         f"reactions within {100 * within.reactions:g} %, the tilt's rate within "
         f"{100 * within.tilt_rate:g} %, the flag within {1e3 * within.flag:g} ms"
     )
-    best = chosen or nearest(found)
+    if isnan(found[0].flag):
+        asked += " (not tested: this motion ends before the transition)"
+    best = chosen or nearest(found, within)
     if chosen is None:
         lines.append(f"nothing is enough for {asked}; nearest: {_told(best)}")
     else:
@@ -264,7 +267,7 @@ def in_words(
                 f"it takes {chosen.whole / first.whole:.2f} of the time of {_name(first)}"
             )
         lines.append(f"set filter.method: {chosen.method}")
-    return "\n".join([*lines, *_limit_lines(best, known)])
+    return "\n".join([*lines, *_limit_lines(best, known, within)])
 
 
 def _cell(configuration: Configuration) -> str:
@@ -311,16 +314,22 @@ def _told(one):
     )
 
 
-def _limit_lines(best, known):
-    """Return what limits it: what would give most, and what would give nothing."""
-    lines = []
+def _limit_lines(best, known, within):
+    """Return what limits the error that is farthest from what is asked for, or nearest to it."""
+    shares = {
+        "reactions": best.reactions / within.reactions,
+        "tilt_rate": best.tilt_rate / within.tilt_rate,
+    }
+    name = max(shares, key=lambda each: shares[each])
+    now, lines = getattr(best, name), []
     for limit in known:
-        gain = 1.0 - limit.reactions / best.reactions
-        what = f"{100 * limit.reactions:.2g} % for {100 * best.reactions:.2g} %"
+        then = getattr(limit, name)
         lines.append(
-            f"{limit.what} would give {what}" if gain > _SOME else f"{limit.what} gives nothing"
+            f"{limit.what} would give {100 * then:.2g} % for {100 * now:.2g} %"
+            if 1.0 - then / now > _SOME
+            else f"{limit.what} gives nothing"
         )
-    return [f"what limits the reactions: {'; '.join(lines)}"] if lines else []
+    return [f"what limits {_LIMITED[name]}: {'; '.join(lines)}"] if lines else []
 
 
 def _setting(chosen):

@@ -110,12 +110,14 @@ class Tried(NamedTuple):
 
     def enough(self, within: Tolerances) -> bool:
         """Return whether it holds and is as near as asked for."""
-        flag = np.isnan(self.flag) or self.flag <= within.flag
-        return bool(
-            self.holds
-            and self.reactions <= within.reactions
-            and self.tilt_rate <= within.tilt_rate
-            and flag
+        return bool(self.holds and self.beside(within) <= 1.0)
+
+    def beside(self, within: Tolerances) -> float:
+        """Return the largest of its errors over what is asked for; 1 is just enough."""
+        # A motion that ends before the transition does not test the flag.
+        flag = 0.0 if np.isnan(self.flag) else self.flag / within.flag
+        return float(
+            max(self.reactions / within.reactions, self.tilt_rate / within.tilt_rate, flag)
         )
 
 
@@ -279,10 +281,10 @@ def cheapest(found: Sequence[Tried], within: Tolerances) -> Tried | None:
     return min(enough, key=lambda one: (one.rate, one.step), default=None)
 
 
-def nearest(found: Sequence[Tried]) -> Tried:
-    """Return what is nearest where nothing is enough: of those that hold, else of all."""
+def nearest(found: Sequence[Tried], within: Tolerances) -> Tried:
+    """Return what is nearest to enough: of those that hold, else of all."""
     holding = [one for one in found if one.holds]
-    return min(holding or found, key=lambda one: one.reactions)
+    return min(holding or found, key=lambda one: one.beside(within))
 
 
 def limits(

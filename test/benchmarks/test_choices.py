@@ -60,7 +60,8 @@ def test_the_report_counts_cells_with_a_motion():
 
 
 def tree(named, kept, too_little, again, broken=(), engine=None):
-    return {"came": [named, kept, too_little, again, list(broken), 20.0], "engine": engine}
+    one = {"came": [named, kept, too_little, again, list(broken), 20.0], "engine": engine}
+    return {"told": [one] * len(choices.ASKED)}
 
 
 def test_robot_cells_are_told_by_themselves_with_what_the_engine_says():

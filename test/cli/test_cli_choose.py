@@ -52,8 +52,11 @@ def test_the_lowest_rate_that_is_enough_and_then_the_cheapest_step():
 def test_nearest_is_one_whose_bounds_hold():
     sure = made_up("mixture", 500.0, reactions=0.2)
     wrong = made_up("unscented", 500.0, reactions=0.1, covered=0.5)
-    assert choice.nearest([wrong, sure]) is sure
-    assert choice.nearest([wrong]) is wrong
+    assert choice.nearest([wrong, sure], Tolerances()) is sure
+    assert choice.nearest([wrong], Tolerances()) is wrong
+    # By what it lacks most: its tilt's rate, whatever its reactions are.
+    near = made_up("balance", 500.0, reactions=0.025, tilt_rate=0.11)
+    assert choice.nearest([made_up("mixture", 500.0, tilt_rate=0.3), near], Tolerances()) is near
 
 
 def test_orientations_come_with_wrenches():
@@ -171,9 +174,13 @@ def test_words_say_what_would_give_more():
         Limit("half of the noise of the force", 0.01, 0.05),
         Limit("a wrench at 500 Hz", 0.0199, 0.05),
     ]
-    (line,) = choose._limit_lines(best, known)
+    (line,) = choose._limit_lines(best, known, Tolerances())
     assert "half of the noise of the force would give 1 % for 2 %" in line
     assert "a wrench at 500 Hz gives nothing" in line
+    # Where the tilt's rate is what falls short, it is what is told of.
+    (line,) = choose._limit_lines(best._replace(tilt_rate=0.2), known, Tolerances())
+    assert line.startswith("what limits the tilt's rate: ")
+    assert "half of the noise of the force would give 5 % for 20 %" in line
 
 
 @pytest.fixture
@@ -185,7 +192,7 @@ def few(monkeypatch):
 def test_choose_writes_the_setting(few, tmp_path, capsys):
     assert main(["choose", "--config", CLOSING, "--seeds", "2", "--out", str(tmp_path)]) == 0
     text = capsys.readouterr().out
-    assert "set filter.method: mixture" in text and "what limits the reactions" in text
+    assert "set filter.method: mixture" in text and "what limits the " in text
     configuration, _ = load(str(tmp_path / "choose.yaml"))
     assert configuration.filter.method == "mixture"
     assert (tmp_path / "choose.png").stat().st_size > 10_000
@@ -196,6 +203,7 @@ def test_choose_says_what_is_nearest(few, capsys):
     assert main(given) == 0
     text = capsys.readouterr().out
     assert "nothing is enough for reactions within 0.05 %" in text and "nearest: " in text
+    assert "the flag within 10 ms (not tested: this motion ends before the transition)" in text
 
 
 def test_choose_takes_the_motion_of_a_recording(few, capsys):
