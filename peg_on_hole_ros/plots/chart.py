@@ -26,11 +26,10 @@ _PART_COLOR = "#cc79a7"
 _MARKERS = {1000: "o", 500: "s", 100: "^"}
 # Of the whole picture [in], and the panels' places in it.
 _WIDE = (9.0, 4.7), ((0.052, 0.21, 0.44, 0.68), (0.55, 0.21, 0.44, 0.68))
-_NARROW = (3.9, 8.2), ((0.115, 0.605, 0.86, 0.345), (0.115, 0.165, 0.86, 0.345))
+_NARROW = (3.9, 8.4), ((0.115, 0.62, 0.86, 0.335), (0.115, 0.19, 0.86, 0.335))
 _CHART_DPI = 160
-# Panels of kinds beside each other, and of each [in]: width, height, and below all the legend.
-_KINDS_WIDE, _KINDS_NARROW = (2, 4.5, 3.1), (1, 3.9, 3.3)
-_KINDS_LEGEND = 0.75
+# Panels of kinds beside each other, of each width and height, and below all the legend [in].
+_KINDS_WIDE, _KINDS_NARROW = (2, 4.5, 3.1, 0.75), (1, 3.9, 3.3, 1.35)
 
 
 def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
@@ -58,7 +57,7 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
         axis = fig.add_axes(place)
         axis.set_title(title, loc="left", fontsize=10, weight="bold")
         _draw_panel(axis, panel, _around([panel]))
-    _legend(fig, narrow)
+    _legend(fig, narrow, parts=not narrow)
     return fig
 
 
@@ -74,9 +73,9 @@ def kinds_figure(found: dict[str, tuple[list[Overall], Limits]], narrow: bool = 
         Panels stand above each other.
 
     """
-    columns, width, height = _KINDS_NARROW if narrow else _KINDS_WIDE
+    columns, width, height, legend = _KINDS_NARROW if narrow else _KINDS_WIDE
     count = -(-len(found) // columns)
-    size = (columns * width, count * height + _KINDS_LEGEND)
+    size = (columns * width, count * height + legend)
     fig = Figure(figsize=size, dpi=_CHART_DPI)
     FigureCanvasAgg(fig)
     panels = {kind: _reactions(*one) for kind, one in found.items()}
@@ -91,8 +90,7 @@ def kinds_figure(found: dict[str, tuple[list[Overall], Limits]], narrow: bool = 
                 (height - 0.8) / size[1],
             )
         )
-        axis.set_title(f"{kind}: reactions off [% of their mean]", loc="left", fontsize=9,
-                       weight="bold")  # fmt: skip
+        axis.set_title(f"{kind}: reactions off [%]", loc="left", fontsize=9, weight="bold")
         _draw_panel(axis, panel, around)
     _legend(fig, narrow)
     return fig
@@ -179,7 +177,11 @@ def _around(panels):
     )
 
 
-def _legend(fig, narrow):
+def _legend(fig, narrow, parts=True):
+    part = Line2D(
+        [], [], color=_PART_COLOR, marker="D", markersize=4, linestyle="",
+        label="default with a part left out",
+    )  # fmt: skip
     marks = [
         Line2D(
             [], [], color=_DEFAULT_COLOR, marker="o", linestyle="", markersize=8, label="default"
@@ -191,11 +193,10 @@ def _legend(fig, narrow):
             [], [], color=_OTHER_COLOR, marker="o", linestyle="", markerfacecolor="white",
             label="hollow: its bounds do not hold, or it tells little",
         ),
-        Line2D(
-            [], [], color=_PART_COLOR, marker="D", markersize=4, linestyle="",
-            label="default with a part left out",
-        ),
+        *([part] if parts else []),
         Line2D([], [], color=_FRONT_COLOR, linewidth=2, label="front: none is cheaper and better"),
+        Line2D([], [], color="black", linewidth=1, linestyle="--", label="bound at 1 kHz"),
+        Line2D([], [], color="black", linewidth=1, linestyle=":", label="whole path at 1 kHz"),
     ]  # fmt: skip
     fig.legend(
         handles=marks, loc="lower center", ncols=1 if narrow else 3, fontsize=8,
@@ -243,13 +244,5 @@ def _label(one):
 def _lines(axis, bound, limit):
     if np.isfinite(bound):
         axis.axhline(bound, color="black", linewidth=1, linestyle="--", zorder=1)
-        axis.text(
-            0.68, bound, "bound at 1 kHz", transform=axis.get_yaxis_transform(), fontsize=8,
-            ha="right", va="bottom",
-        )  # fmt: skip
     if np.isfinite(limit):
         axis.axvline(limit, color="black", linewidth=1, linestyle=":", zorder=1)
-        axis.text(
-            limit, 0.99, "whole path, 1 kHz ", transform=axis.get_xaxis_transform(), fontsize=8,
-            ha="right", va="top",
-        )  # fmt: skip
