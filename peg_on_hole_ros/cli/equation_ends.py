@@ -11,10 +11,10 @@ from peg_on_hole_ros.study.equation_ends import MOST_FRICTION, MOTIONS, Wedging,
 from peg_on_hole_ros.study.fixed_steps import INTEGRATORS, SLIP_SCALES, Steps, longest_steps
 from peg_on_hole_ros.study.map_places import USUAL, truth_at
 
-COLUMNS = ("what", "of", "at", "value")
+EQUATION_COLUMNS = ("what", "of", "at", "value")
 # What a row tells: the least friction that wedges over the tilt [rad]; the longest step [s], and
 # what the law itself is off by, over the slip scale [m/s].
-WEDGES, STEP, LAW = "wedges", "step", "law"
+WEDGES, LONGEST_STEP, LAW = "wedges", "step", "law"
 # Every so many slip scales where a quick look is enough.
 _QUICK = 4
 
@@ -44,7 +44,7 @@ def measured(
     for k, scale in enumerate(scales):
         assert truth is not None
         steps = longest_steps(truth, scale)
-        rows += [[STEP, name, scale, longest] for name, longest in steps.longest.items()]
+        rows += [[LONGEST_STEP, name, scale, longest] for name, longest in steps.longest.items()]
         rows.append([LAW, "", scale, steps.law_off])
         progress((k + 1) / len(scales))
     return [[str(what), of, f"{at:.9g}", f"{value:.6g}"] for what, of, at, value in rows]
@@ -54,7 +54,7 @@ def write(path: Path, rows: Sequence[Sequence[str]]) -> None:
     """Write `equations.csv`."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
+        writer.writerow(EQUATION_COLUMNS)
         writer.writerows(rows)
 
 
@@ -66,7 +66,7 @@ def drawn_of(rows: Sequence[Sequence[str]]) -> tuple[list[Wedging], list[Steps]]
     for what, of, at, value in rows:
         if what == WEDGES:
             wedges[of].append((float(at), float(value)))
-        elif what == STEP:
+        elif what == LONGEST_STEP:
             longest.setdefault(float(at), dict.fromkeys(INTEGRATORS, float("nan")))[of] = float(
                 value
             )

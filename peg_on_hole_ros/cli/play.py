@@ -12,16 +12,16 @@ from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.replay.run import check_bag, sources_of
 
-RATES = (0.01, 10.0)
+PLAY_RATES = (0.01, 10.0)
 # For a node to come up [s], of which so many pass before it is said that one is waited for.
-PATIENCE, QUIET = 600.0, 1.0
+NODE_PATIENCE, QUIET = 600.0, 1.0
 # For the last messages to be taken before the publishers go [s].
 _LINGER = 0.5
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Wait for a node that takes the wrench, and publish to it."""
-    least, most = RATES
+    least, most = PLAY_RATES
     if not least <= arguments.rate <= most:
         raise PegOnHoleError(f"--rate = {arguments.rate:g} is not within {least:g} to {most:g}")
     bag, configuration, _, _ = open_recording(
@@ -92,9 +92,9 @@ def _wait(publisher, wrench):
     begun, told = time.monotonic(), False
     while not publisher.listened_to([wrench]):
         waited = time.monotonic() - begun
-        if waited > PATIENCE:
+        if waited > NODE_PATIENCE:
             raise PegOnHoleError(
-                f"nobody has subscribed to {wrench} within {PATIENCE:g} s: start peg-on-hole node "
+                f"nobody has subscribed to {wrench} within {NODE_PATIENCE:g} s: start peg-on-hole node "
                 "with the same topics.wrench and the same ROS_DOMAIN_ID"
             )
         if waited > QUIET and not told:

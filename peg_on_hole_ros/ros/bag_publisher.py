@@ -15,7 +15,7 @@ QUEUE_DEPTH = 20_000
 LATCHED_TYPES = (STRING,)
 
 
-class Recorded(NamedTuple):
+class PayloadInTime(NamedTuple):
     """
     A message of a bag, as it was serialised.
 
@@ -64,23 +64,23 @@ class BagPublisher:
         chosen = self._publishers if topics is None else topics
         return all(self._publishers[topic].get_subscription_count() for topic in chosen)
 
-    def publish(self, message: Recorded) -> None:
+    def publish(self, message: PayloadInTime) -> None:
         """Publish a message, byte for byte."""
         self._publishers[message.topic].publish(message.payload)
 
-    def of(self, bag: Bag) -> Iterator[Recorded]:
+    def of(self, bag: Bag) -> Iterator[PayloadInTime]:
         """Yield what is to be published of a bag, in the order of the recorder's clock."""
         return recorded(bag, self._types)
 
 
-def recorded(bag: Bag, topics: Iterable[str]) -> Iterator[Recorded]:
+def recorded(bag: Bag, topics: Iterable[str]) -> Iterator[PayloadInTime]:
     """Yield the messages of topics, in the order of the recorder's clock."""
     held = [info for info in bag.topics.values() if info.count]
     first = min(info.first_ns for info in held)
     whole = max(1, max(info.last_ns for info in held) - first)
     for message, payload in bag.with_payloads(list(topics)):
         offset_ns = message.log_ns - first
-        yield Recorded(offset_ns / whole, offset_ns, message.topic, payload)
+        yield PayloadInTime(offset_ns / whole, offset_ns, message.topic, payload)
 
 
 def _qos(ros_type):
