@@ -94,8 +94,8 @@ def _wait(publisher, wrench):
         waited = time.monotonic() - begun
         if waited > NODE_PATIENCE:
             raise PegOnHoleError(
-                f"nobody has subscribed to {wrench} within {NODE_PATIENCE:g} s: start peg-on-hole node "
-                "with the same topics.wrench and the same ROS_DOMAIN_ID"
+                f"nobody has subscribed to {wrench} within {NODE_PATIENCE:g} s: start peg-on-hole "
+                "node with the same topics.wrench and the same ROS_DOMAIN_ID"
             )
         if waited > QUIET and not told:
             told = True
