@@ -12,6 +12,7 @@ from peg_on_hole_ros.bags.score import Score
 from peg_on_hole_ros.bags.truth import read_truth
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.replay.run import replay_bag
 from simulated import ROOT
 from tiers import at_push, nightly
@@ -67,6 +68,27 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     # It bounces as it touches down, is pressed at rest, and waits in the hole: no program stops.
     assert not [alarm for alarm in found["alarms"] if alarm["level"] == "ERROR"]
     assert bag.stat().st_size < 5e6
+
+
+def test_modes_of_a_chamfered_cell_are_those_of_the_engine():
+    """Bore and shank are what touches: chamfers of 0.3 and 0.5 mm change no mode."""
+    name = "iiwa_like_chamfers"
+    bag, told = Bag(ROOT / "bags" / f"cell_{name}.mcap"), []
+
+    class Modes:
+        def take(self, columns):
+            told.extend(zip(columns.t_ns.tolist(), columns["contact_mode"].tolist()))
+
+    replay_bag(bag, load(ROOT / "config" / f"cell_{name}.yaml")[0], 0.0, [Modes()])
+    truth = read_truth(bag)
+    right = {}
+    for t_ns, mode in told:
+        true = truth.modes[np.searchsorted(truth.mode_ns, t_ns, side="right") - 1]
+        right.setdefault(true, []).append(MODES[mode] == true)
+    assert {"open", "three_point", "two_point"} <= right.keys()
+    # Between contacts it bounces for some milliseconds; each mode is told in nine of ten samples.
+    for true in ("open", "three_point", "two_point"):
+        assert np.mean(right[true]) > 0.9, true
 
 
 @pytest.mark.nightly
