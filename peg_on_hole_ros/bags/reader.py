@@ -114,6 +114,12 @@ class Bag:
         return sum(info.count for info in self.topics.values())
 
     @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last time of the recorder's clock, of a bag with messages [ns]."""
+        held = [info for info in self.topics.values() if info.count]
+        return min(info.first_ns for info in held), max(info.last_ns for info in held)
+
+    @property
     def skipped(self) -> list[str]:
         """What was too large to be read, and what would read it, a line each."""
         skipped = []

@@ -4,8 +4,8 @@ import argparse
 from typing import NoReturn
 
 from peg_on_hole_ros.cli.settings import check_path
+from peg_on_hole_ros.cli.without_ros import no_ros
 from peg_on_hole_ros.config.parameters_file import read_parameters
-from peg_on_hole_ros.errors import PegOnHoleError
 
 
 def run(arguments: argparse.Namespace) -> NoReturn:
@@ -20,10 +20,5 @@ def run(arguments: argparse.Namespace) -> NoReturn:
     try:
         from peg_on_hole_ros.ros import node
     except ModuleNotFoundError as error:
-        if not error.name or error.name.startswith("peg_on_hole_ros"):
-            raise
-        raise PegOnHoleError(
-            f"the node needs ROS 2 ({error.name} is missing): source its setup.bash, or install "
-            "its wheels from a checkout of this package: pip install '.[ros]'"
-        ) from None
+        raise no_ros(error, "the node") from None
     node.main([*file, *arguments.others, *arguments.ros])

@@ -7,6 +7,7 @@ from itertools import count
 from peg_on_hole_ros.bags.reader import absolute
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
 from peg_on_hole_ros.cli.progress import ProgressBar
+from peg_on_hole_ros.cli.without_ros import no_ros
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.beside_estimates import STRING
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -29,7 +30,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     check_bag(bag, configuration)
     types = dict(zip(sources_of(configuration), (WRENCH_TYPE, JOINTS_TYPE)))
-    seconds = _duration(bag)
+    first_ns, last_ns = bag.span_ns
+    seconds = (last_ns - first_ns) * 1e-9
     if not 0.0 <= arguments.start < seconds:
         raise PegOnHoleError(
             f"--start = {arguments.start:g} s is not within the recording: 0 to below "
@@ -57,12 +59,6 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _duration(bag):
-    """Return how long a recording takes [s]."""
-    held = [info for info in bag.topics.values() if info.count]
-    return (max(info.last_ns for info in held) - min(info.first_ns for info in held)) * 1e-9
-
-
 def _joined(types):
     """Return publishers in ROS, and what leaves it."""
     try:
@@ -71,12 +67,7 @@ def _joined(types):
 
         from peg_on_hole_ros.ros.bag_publisher import BagPublisher
     except ModuleNotFoundError as error:
-        if not error.name or error.name.startswith("peg_on_hole_ros"):
-            raise
-        raise PegOnHoleError(
-            f"playing needs ROS 2 ({error.name} is missing): source its setup.bash, or install "
-            "its wheels from a checkout of this package: pip install '.[ros]'"
-        ) from None
+        raise no_ros(error, "playing") from None
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("peg_on_hole_play")
 

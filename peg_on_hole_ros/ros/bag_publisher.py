@@ -75,9 +75,8 @@ class BagPublisher:
 
 def recorded(bag: Bag, topics: Iterable[str]) -> Iterator[PayloadInTime]:
     """Yield the messages of topics, in the order of the recorder's clock."""
-    held = [info for info in bag.topics.values() if info.count]
-    first = min(info.first_ns for info in held)
-    whole = max(1, max(info.last_ns for info in held) - first)
+    first, last = bag.span_ns
+    whole = max(1, last - first)
     for message, payload in bag.with_payloads(list(topics)):
         offset_ns = message.log_ns - first
         yield PayloadInTime(offset_ns / whole, offset_ns, message.topic, payload)
