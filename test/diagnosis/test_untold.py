@@ -1,5 +1,6 @@
 """What a motion does not tell is said with its cost: that of putting the offset in."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -8,6 +9,7 @@ import pytest
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.diagnosis.tuned import UNOBSERVABLE_TEST
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import UNOBSERVABLE_SETTINGS, WrenchSample
 from peg_on_hole_ros.replay.run import stored_configuration
@@ -15,6 +17,7 @@ from recorded_faults import BAGS, samples
 
 JAM, SLIP, CYCLE = BAGS
 WRONG = "friction is learnt as"
+NUMBER = re.compile(r"\d+\.?\d*(?:e-?\d+)?")
 
 
 def as_it_is(sample):
@@ -95,6 +98,15 @@ def test_a_friction_that_what_is_stated_refutes_is_told():
         assert played(bag)[0].causes == []
     # Nothing is learnt, and so nothing refuted.
     assert not [c for c in played(JAM, torque, friction_stddev=0.0)[0].causes if WRONG in c]
+
+
+def test_how_far_off_a_friction_is_told_is_how_far_off_it_was_tested():
+    (text,) = (cause for cause in played(JAM, torque)[0].causes if WRONG in cause)
+    learnt, stddev, off, at, stated = map(float, NUMBER.findall(text)[:5])
+    # Of a Gaussian: what is learnt lies off by as much of its variance as it has taken away.
+    assert off == pytest.approx(abs(learnt - at) / (stated**2 - stddev**2) ** 0.5, abs=0.1)
+    # It is told from a likelihood ratio on, which is half of its square.
+    assert 0.5 * off**2 > 0.99 * UNOBSERVABLE_TEST.refuted
 
 
 def test_the_summary_has_it_in_words(tmp_path, capsys):

@@ -1,6 +1,6 @@
 """Settings that the motion does not tell: how far off each leaves the reactions."""
 
-from math import hypot, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -216,14 +216,16 @@ class Unobservable(Suspect):
         open_ = stated**2 - stddev**2
         if not self._learnt[_FRICTION] or not open_ > 0.0:
             return
-        nats = 0.5 * (friction - self._scene.friction) ** 2 / open_
+        # What is learnt may lie from what is stated by no more than what it has learnt.
+        off = abs(friction - self._scene.friction) / sqrt(open_)
+        nats = 0.5 * off * off
         self._refuted = self._refuted + 1 if nats > UNOBSERVABLE_TEST.refuted else 0
         if self._refuted >= UNOBSERVABLE_TEST.looks and self.finding is None:
-            off = abs(friction - self._scene.friction) / hypot(stated, stddev)
             self.finding = Finding(
                 f"friction is learnt as {friction:.3f} with {stddev:.2g}, {off:.1f} deviations "
-                f"from scene.friction = {self._scene.friction:g} with {stated:g}: it is another, "
-                "or makes up for a force along the peg, a lever or a weight that is off",
+                f"of such a change from scene.friction = {self._scene.friction:g} with "
+                f"{stated:g}: it is another, or makes up for a force along the peg, a lever or a "
+                "weight that is off",
                 {},
                 "scene",
                 hint=True,
