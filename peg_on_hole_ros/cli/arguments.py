@@ -1,14 +1,15 @@
 """Arguments of `peg-on-hole`: commands, options, help texts."""
 
 import argparse
+import re
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.safe_text import cut, printable
 from peg_on_hole_ros.startup.exit_codes import PROGRAM
 
-# Values that may begin with a minus sign, which argparse would take for an option.
-_SIGNED = ("--state", "--wrench")
+# What begins so is a number, which argparse takes for an option where more follows it: `-3%`.
+_NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 # Of what is said of an argument, before the usage [characters].
 _LONGEST_MESSAGE = 300
 
@@ -508,8 +509,13 @@ def _apart(arguments):
 
 
 def _joined(arguments):
-    joined, rest = [], iter(arguments)
-    for word in rest:
-        value = next(rest, None) if word in _SIGNED else None
-        joined.append(word if value is None else f"{word}={value}")
+    """Return arguments in which a number below zero is one with the option before it."""
+    joined: list[str] = []
+    for word in arguments:
+        before = joined[-1] if joined else ""
+        if before.startswith("--") and before != "--" and "=" not in before:
+            if _NEGATIVE.match(word):
+                joined[-1] = f"{before}={word}"
+                continue
+        joined.append(word)
     return joined

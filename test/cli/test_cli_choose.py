@@ -218,6 +218,7 @@ def test_choose_takes_the_motion_of_a_recording(few, capsys):
     [
         (["--within", "3"], None),
         (["--within", "much"], "--within much is not a share"),
+        (["--within", "-3%"], "--within -3% is not a share"),
         (["--rate-within", "200%"], "--rate-within 200% is not a share"),
         (["--flag-within", "0"], "--flag-within = 0 ms is not within"),
         (["--seeds", "1"], "--seeds = 1 is not within 2 to 100"),
