@@ -130,9 +130,9 @@ def motion(cell: Numbered, folder: Path) -> Truth:
     if not cell.arm:
         return planned_motion(cell_of(cell.number), RATE)
     recording = drawn.recorded(_robot(cell), folder, FIRST_NOISE)
-    truth, _, _ = motion_of(Bag(recording.path), recording.configuration)
+    found = motion_of(Bag(recording.path), recording.configuration)
     recording.path.unlink()
-    return truth
+    return found.truth
 
 
 def _robot(cell):
@@ -200,8 +200,12 @@ def came_of(found: list[Tried], fresh: list[Tried], within: Tolerances = ASKED[0
 
 
 def _near(one, within):
-    """Return whether an error is within MARGIN of what was asked for."""
-    parts = ((one.reactions, within.reactions), (one.tilt_rate, within.tilt_rate))
+    """Return whether an error, or the flag's, is within MARGIN of what was asked for."""
+    # A motion without a transition has no flag to be late: of its NaN nothing is near.
+    parts = (
+        (one.reactions, within.reactions), (one.tilt_rate, within.tilt_rate),
+        (one.flag, within.flag),
+    )  # fmt: skip
     return any(abs(error / most - 1.0) < MARGIN for error, most in parts)
 
 

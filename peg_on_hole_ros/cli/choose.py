@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, configuration_metadata
 from peg_on_hole_ros.cli.bag_and_configuration import open_recording
 from peg_on_hole_ros.cli.output_paths import check_output_paths, out_folder, write_text
 from peg_on_hole_ros.cli.pictures import needed, save
@@ -21,7 +22,10 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import load_yaml
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.run import replay_bag
+from peg_on_hole_ros.replay.summary import Summary
+from peg_on_hole_ros.safe_text import cut, printable
 from peg_on_hole_ros.sim.truth import Truth, integrate
 from peg_on_hole_ros.study.choice import (
     FEW,
@@ -38,6 +42,7 @@ from peg_on_hole_ros.study.choice import (
 )
 from peg_on_hole_ros.study.motions import (
     LONGEST,
+    PIECE,
     Recorded,
     on_three,
     planned_motion,
@@ -52,17 +57,48 @@ _LIMITED = {"reactions": "the reactions", "tilt_rate": "the tilt's rate"}
 LIMIT_SEEDS = 6
 # Those that may pay; the others of `filter.method` lose to one of them in every scene.
 COMPARED = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unscented")
-# A gap in stamps beyond so many of their periods is no one stretch.
+# What is not told for longer than a piece of the motion that is followed, and than so many periods
+# of the wrench, ends a stretch.
 _GAP = 5.0
+_NO_STRETCH = (
+    "the recording has no stretch on three contacts with determined reactions, so there is no "
+    "motion to follow; peg-on-hole replay --report says why"
+)
+# By what a peg in its hole is another one.
+_OF_PEG_AND_HOLE = tuple(
+    f"scene.{name}" for name in ("hole_diameter", "peg_diameter", "peg_mass", "mass_center_height")
+)
 # As a share: a change below it is none.
 _SOME = 0.1
 
 
 class CellMotion(NamedTuple):
-    """A simulated motion of a cell, and what it is in words."""
+    """A simulated motion of a cell, what it is in words, and what makes it doubtful."""
 
     truth: Truth
     words: str
+    doubts: Sequence[str] = ()
+
+
+class Followed(NamedTuple):
+    """
+    The simulated motion of a recording.
+
+    Attributes
+    ----------
+    truth : Truth
+    begin, end : float
+        From when to when the recording is followed [s].
+    doubts : list of str
+        What else the recording states of the peg, and what makes it doubtful, as a replay tells
+        it.
+
+    """
+
+    truth: Truth
+    begin: float
+    end: float
+    doubts: list[str]
 
 
 def run(arguments: Namespace) -> int:
@@ -161,15 +197,16 @@ class _Rows:
 def _of_recording(arguments) -> CellMotion:
     opened = open_recording(arguments.bag, arguments.config)
     with ProgressBar(f"replaying {arguments.bag}") as progress:
-        truth, begin, end = motion_of(opened.bag, opened.configuration, progress)
-    return CellMotion(truth, f"the motion of {arguments.bag} from {begin:.2f} to {end:.2f} s")
+        found = motion_of(opened.bag, opened.configuration, progress)
+    words = f"the motion of {arguments.bag} from {found.begin:.2f} to {found.end:.2f} s"
+    return CellMotion(found.truth, words, found.doubts)
 
 
 def motion_of(
     bag: Bag, configuration: Configuration, progress: Callable[[float], None] = lambda share: None
-) -> tuple[Truth, float, float]:
+) -> Followed:
     """
-    Return the simulated motion of a recording, and from when to when it is followed [s].
+    Return the simulated motion of a recording.
 
     Raises
     ------
@@ -177,43 +214,56 @@ def motion_of(
         There is none on three contacts that is long enough, or simulation does not keep them.
 
     """
-    rows = _Rows()
-    replay_bag(bag, configuration, 0.0, [rows], progress)
+    rows, summary = _Rows(), Summary()
+    replayed = replay_bag(bag, configuration, 0.0, [rows, summary], progress)
+    doubts = [*_stated_otherwise(bag, configuration), *_doubts(replayed, summary, configuration)]
     t_ns, state, force, good = (np.concatenate(part) for part in zip(*rows.parts))
     t = (t_ns - t_ns[0]) * 1e-9
     period = float(np.median(np.diff(t)))
-    begin, end = _longest(t, good & np.isfinite(force).all(axis=1), _GAP * period)
-    begin = max(begin, int(np.searchsorted(t, t[end - 1] - LONGEST)))
-    turn = state[begin:end, 1]
+    at = np.flatnonzero(good & np.isfinite(force).all(axis=1))
+    if not len(at):
+        raise PegOnHoleError("; ".join([_NO_STRETCH, *doubts[:1]]))
+    at = at[_longest(t[at], max(PIECE, _GAP * period))]
+    at = at[t[at] >= t[at[-1]] - LONGEST]
+    turn = state[at, 1]
     c, s = np.cos(turn), np.sin(turn)
-    x, y, z = force[begin:end].T
+    x, y, z = force[at].T
     recorded = Recorded(
-        t[begin:end],
-        np.column_stack([state[begin:end, 0], np.unwrap(state[begin:end, 1:3], axis=0)]),
-        state[begin:end, 3:6],
+        t[at],
+        np.column_stack([state[at, 0], np.unwrap(state[at, 1:3], axis=0)]),
+        state[at, 3:6],
         -np.column_stack([c * x + s * y, c * y - s * x, z]),
     )
     rate = max(round(1.0 / period), 10)
     truth = recorded_motion(simulated_cell(configuration), recorded, rate)
-    return truth, float(t[begin]), float(t[end - 1])
+    return Followed(truth, float(t[at[0]]), float(t[at[-1]]), doubts)
 
 
-def _longest(t, good, gap):
-    """Return begin and end of the longest stretch without a gap."""
-    broken = np.flatnonzero(np.diff(t) > gap) + 1
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    best = (0, 0)
-    for begin, end in edges.reshape(-1, 2).tolist():
-        cuts = [begin, *broken[(broken > begin) & (broken < end)].tolist(), end]
-        for first, last in zip(cuts, cuts[1:]):
-            if t[last - 1] - t[first] > (t[best[1] - 1] - t[best[0]] if best[1] else 0.0):
-                best = (first, last)
-    if not best[1]:
-        raise PegOnHoleError(
-            "the recording has no stretch on three contacts with determined reactions, so there "
-            "is no motion to follow; peg-on-hole replay --report says why"
-        )
-    return best
+def _longest(t, gap):
+    """Return the slice of the longest stretch of times that are no more than a gap apart."""
+    edges = [0, *(np.flatnonzero(np.diff(t) > gap) + 1).tolist(), len(t)]
+    return max((slice(a, b) for a, b in zip(edges, edges[1:])), key=lambda k: t[k][-1] - t[k][0])
+
+
+def _doubts(replayed, summary, configuration):
+    """Return what a replay tells of what makes its numbers doubtful."""
+    counted = {"dropped": replayed.dropped, "events": replayed.events}
+    return doubts_of(
+        {"messages": counted, **summary.content()}, replayed.by_source, configuration,
+        replayed.seen, replayed.causes, replayed.joints_explained,
+    )  # fmt: skip
+
+
+def _stated_otherwise(bag, configuration):
+    """Return a line where the recording carries another peg or hole than is stated."""
+    given = configuration_metadata(configuration)
+    carried = bag.metadata.get(CONFIGURATION_METADATA, {})
+    others = [
+        f"{name} = {cut(printable(carried[name]))} for {given[name]}"
+        for name in _OF_PEG_AND_HOLE
+        if name in carried and carried[name] != given[name]
+    ]
+    return [f"the recording states another peg or hole: {', '.join(others)}"] if others else []
 
 
 def all_tried(
@@ -242,6 +292,7 @@ def in_words(
     lines = [
         f"{motion.words}: {truth.t_ns[-1] * 1e-9:.2f} s, on three contacts "
         f"{1e-9 * truth.t_ns[on_three(truth) - 1]:.2f} s; {_cell(truth.plan.configuration)}",
+        *motion.doubts,
         "",
         table(
             ["method", "wrench", "reactions off", "tilt's rate off", "within 95 %", "determined",

@@ -34,6 +34,10 @@ def test_what_is_next_to_a_tolerance_may_fall_on_either_side():
     near = [made_up("mixture", 1000.0, 0.029), made_up("balance", 1000.0, 0.031)]
     other = [made_up("mixture", 1000.0, 0.031), made_up("balance", 1000.0, 0.029)]
     assert choices.came_of(near, other)[:4] == ("mixture at 1000 Hz", True, 1, 1)
+    # So may a flag, which is told by whole wrenches: 10 ms are asked for.
+    late, early = ([made_up("mixture", 100.0)._replace(flag=flag)] for flag in (0.0101, 0.009))
+    assert choices.came_of(late, early)[:4] == ("", True, 1, 1)
+    assert choices.came_of([late[0]._replace(flag=0.02)], early)[:4] == ("", False, 1, 0)
 
 
 def test_where_nothing_is_enough_nothing_is_afterwards():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli import choose
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.settings import load
@@ -211,6 +212,36 @@ def test_choose_takes_the_motion_of_a_recording(few, capsys):
     assert main(["choose", "--config", CLOSING, "--bag", bag, "--seeds", "2"]) == 0
     text = capsys.readouterr().out
     assert f"the motion of {bag} from" in text and "set filter.method" in text
+
+
+@pytest.mark.parametrize(("lasts", "bridged"), [(0.0, True), (0.015, True), (0.04, False)])
+def test_a_stretch_goes_on_over_a_few_wrenches_without_reactions(lasts, bridged, monkeypatch):
+    """A recording is followed in pieces of 20 ms: less than that leaves no piece out."""
+
+    class WithAGap(choose._Rows):
+        def take(self, columns):
+            super().take(columns)
+            t = (columns.t_ns - first_ns) * 1e-9
+            self.parts[-1][-1][(t >= 0.4) & (t <= 0.4 + lasts)] = False
+
+    bag = Bag(ROOT / "bags" / "closing_with_slip.mcap")
+    first_ns = bag.topics["/wrench"].first_ns
+    monkeypatch.setattr(choose, "_Rows", WithAGap)
+    found = choose.motion_of(bag, load(CLOSING)[0])
+    # Nothing longer is told after it.
+    assert found.begin < 0.1 and (found.end > 0.6 if bridged else found.end < 0.4)
+    assert found.doubts == []
+
+
+def test_a_recording_of_another_peg_is_told(few, tmp_path, capsys):
+    bag, heavier = str(ROOT / "bags" / "closing_with_slip.mcap"), tmp_path / "heavier.yaml"
+    heavier.write_text(
+        "peg_on_hole: {ros__parameters: {scene: {peg_mass: 0.6}, wrench: {force_stddev: 0.3}}}"
+    )
+    assert main(["choose", "--config", str(heavier), "--bag", bag, "--seeds", "2"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    # Noise is no other peg.
+    assert lines[1] == "the recording states another peg or hole: scene.peg_mass = 0.5 for 0.6"
 
 
 @pytest.mark.parametrize(
