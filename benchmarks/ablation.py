@@ -31,6 +31,7 @@ from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth, integrate
+from peg_on_hole_ros.study.runs import LEAST_COVERED
 
 ROOT = Path(__file__).parents[1]
 FIRST_SEED = 830_000
@@ -38,7 +39,6 @@ FRICTION_SPREAD = 0.05
 # A spike of force and torque [N], [N m], in one wrench of so many.
 SPIKE, SPIKES_EVERY = 200.0, 97
 ROUGHER = 4.0
-LIMIT = 0.9
 
 # What is put in a field's place: without its rule where that is possible, else much of it.
 SWITCHED = {
@@ -259,7 +259,7 @@ def report(found, options) -> Report:
     head = (
         "change", "states' errors over shipped", "reactions'",
         "largest of a case: states, reactions",
-        f"runs covered in {100 * LIMIT:.0f} %: states, reactions", "determined",
+        f"runs covered in {100 * LEAST_COVERED:.0f} %: states, reactions", "determined",
         "called determined: covered, least of a case and reaction",
     )  # fmt: skip
     return Report(table(head, rows(of, options.seeds)))
@@ -282,7 +282,8 @@ def rows(found: dict[str, list[Score]], per_case: int) -> list[tuple]:
             parts.append(f"{np.exp(off.mean()):.3f} ± {100 * error:.1f} %")
             largest.append(f"{np.exp(of_case.max()):.2f}")
         counts = [
-            sum(min(one.covered[part]) >= LIMIT for one in scores) for part in (STATES, REACTIONS)
+            sum(min(one.covered[part]) >= LEAST_COVERED for one in scores)
+            for part in (STATES, REACTIONS)
         ]
         # Runs of a case count together: of a few samples no share can be told.
         sure = np.array([one.sure for one in scores]).reshape(-1, per_case, 4).sum(axis=1)

@@ -23,8 +23,9 @@ from peg_on_hole_ros.estimator.methods.method import of_settings
 from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.study.chart import LEAST_DETERMINED
 from peg_on_hole_ros.study.estimators import NEAREST_LEVELS
-from peg_on_hole_ros.study.runs import always_in_contact, errors, run
+from peg_on_hole_ros.study.runs import LEAST_COVERED, always_in_contact, errors, run
 
 FIRST_SEED = 840_000
 LEVELS = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -40,7 +41,6 @@ MOTIONS = tuple(
     )
 )  # fmt: skip
 FRICTION_SPREAD = 0.05
-LEAST_COVERED, LEAST_DETERMINED = 0.9, 0.5
 # The wrench alone drives its motion: levels beyond what one wrench tells of an acceleration.
 DRIVEN_LEVELS = (1e3, 1e4, 1e5, 1e6)
 # A tilt that is lost, and what is not finite, counts as so far off [of the load], [rad/s].

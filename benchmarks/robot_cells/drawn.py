@@ -21,7 +21,7 @@ from benchmarks.robot_cells.arms import ARMS, rotation
 from benchmarks.robot_cells.rows import GAMMA0, D, Rows, d
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.score import Score
-from peg_on_hole_ros.bags.truth import THREE_POINT, RecordedTruth, read_truth
+from peg_on_hole_ros.bags.truth import THREE_POINT, TWO_POINT, RecordedTruth, read_truth
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
@@ -56,8 +56,10 @@ SLIDES = 2e-3
 HEAD = (
     "arm", "contact", "insertions", "N_K, N_B1, N_B2 covered", "least of a run", "RMS [N]",
     "determined while sliding", "gamma covered, least of a run", "flag off, median, most [ms]",
-    "ERROR",
+    "least mode as the engine's", "ERROR",
 )  # fmt: skip
+# Those that the engine's loads tell for sure; between contacts a peg bounces for milliseconds.
+SURE_MODES = ("open", THREE_POINT, TWO_POINT)
 
 
 class Cell(NamedTuple):
@@ -160,6 +162,7 @@ def score(cell: Cell, folder: Path) -> dict:
         "gamma": coverage["gamma"],
         "sliding": outputs.sliding,
         "determined": outputs.determined,
+        "modes": {name: right / count for name, (right, count) in outputs.modes.items()},
         "flags_ms": [None if delay is None else 1e3 * delay for delay in told.flag_delays()],
         "errors": sorted(outputs.errors),
     }
@@ -173,6 +176,8 @@ class _Outputs:
     ----------
     sliding, determined : int
         Samples that slide, and those of them whose reactions are called determined.
+    modes : dict of str to (int, int)
+        Of SURE_MODES: samples in it that were told so, and all of them.
     errors : set of str
         Alarms that were ERROR.
 
@@ -181,14 +186,21 @@ class _Outputs:
     def __init__(self, truth: RecordedTruth, rows: Rows) -> None:
         self._truth, self._t, self._speed = truth, rows.t, slip_speed(rows)
         self.sliding = self.determined = 0
+        self.modes: dict[str, tuple[int, int]] = {}
         self.errors: set[str] = set()
 
     def take(self, columns: OutputColumns) -> None:
         """Take the outputs of stamps that rise."""
         t = (columns.t_ns - bags.START_NS) * 1e-9
         slides = np.interp(t, self._t, self._speed) > SLIDES
-        modes = [self._truth.mode_at(t_ns) for t_ns in columns.t_ns.tolist()]
-        three = np.array(modes) == THREE_POINT
+        modes = np.array([self._truth.mode_at(t_ns) for t_ns in columns.t_ns.tolist()])
+        three, told = modes == THREE_POINT, np.array(columns.modes)
+        for name in SURE_MODES:
+            true = modes == name
+            if true.any():
+                right, count = self.modes.get(name, (0, 0))
+                right += int((told[true] == name).sum())
+                self.modes[name] = right, count + int(true.sum())
         self.sliding += int((slides & three).sum())
         self.determined += int((slides & three & columns.determined).sum())
         levels = columns["alarms"]["level"]
@@ -243,6 +255,7 @@ def row(arm: str, contact: str, found: list[dict]) -> tuple:
         percent(determined / sliding),
         percent(min(figures["gamma"] for figures in found)),
         f"{np.median(came):.0f}, {came.max():.0f}",
+        percent(min(min(figures["modes"].values()) for figures in found)),
         sum(bool(figures["errors"]) for figures in found),
     )  # fmt: skip
 

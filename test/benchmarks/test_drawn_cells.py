@@ -11,6 +11,7 @@ from benchmarks.robot_cells.rows import GAMMA0, D, Rows, d
 FIGURES = {
     "samples": 100, "covered": [0.95, 0.9, 1.0], "rmse": [3.0, 2.0, 1.0], "gamma": 0.99,
     "sliding": 200, "determined": 150, "flags_ms": [4.0], "errors": [],
+    "modes": {"open": 0.99, "three_point": 0.97},
 }  # fmt: skip
 
 
@@ -52,9 +53,9 @@ def test_a_peg_that_turns_about_its_axis_slips_by_its_radius():
 def test_the_table_pools_the_samples_of_an_arm():
     cells = [drawn.Cell("ur_like", "hard", 0), drawn.Cell("ur_like", "hard", 1)]
     other = {**FIGURES, "samples": 300, "covered": [0.91, 0.9, 1.0], "flags_ms": [None]}
-    other |= {"errors": ["jamming"], "gamma": 0.8}
+    other |= {"errors": ["jamming"], "gamma": 0.8, "modes": {"open": 0.98, "two_point": 0.93}}
     found = [(Namespace(of=cell), each) for cell, each in zip(cells, (FIGURES, other))]
     line = drawn.report(found, None).text.splitlines()[-1]
     assert "| ur_like | hard | 2 | 92 %, 90 %, 100 % | 90 % | 3.0, 2.0, 1.0 | 75 % |" in line
-    # A flag that never came is the worst, and one of two had an alarm.
-    assert line.endswith("| 80 % | inf, inf | 1 |")
+    # A flag that never came is the worst, as is the least of a mode; one of two had an alarm.
+    assert line.endswith("| 80 % | inf, inf | 93 % | 1 |")
