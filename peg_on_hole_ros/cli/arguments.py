@@ -513,9 +513,9 @@ def _joined(arguments):
     joined: list[str] = []
     for word in arguments:
         before = joined[-1] if joined else ""
-        if before.startswith("--") and before != "--" and "=" not in before:
-            if _NEGATIVE.match(word):
-                joined[-1] = f"{before}={word}"
-                continue
-        joined.append(word)
+        option = before.startswith("--") and before != "--" and "=" not in before
+        if option and _NEGATIVE.match(word):
+            joined[-1] = f"{before}={word}"
+        else:
+            joined.append(word)
     return joined

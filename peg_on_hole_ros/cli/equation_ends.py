@@ -1,11 +1,10 @@
 """The picture and the file of where the equations end, which `peg-on-hole stability` writes."""
 
-import csv
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.study.equation_ends import MOST_FRICTION, MOTIONS, Wedging, wedging
 from peg_on_hole_ros.study.fixed_steps import INTEGRATORS, SLIP_SCALES, Steps, longest_steps
@@ -19,14 +18,19 @@ WEDGES, LONGEST_STEP, LAW = "wedges", "step", "law"
 _QUICK = 4
 
 
-def measured(
-    configuration: Configuration, quick: bool, progress: Callable[[float], None]
-) -> list[list[str]]:
+def fill_in(
+    rows: PartialTable,
+    configuration: Configuration,
+    quick: bool,
+    progress: Callable[[float], None],
+) -> None:
     """
-    Return the rows of `equations.csv`.
+    Measure what is not there yet of `equations.csv`.
 
     Parameters
     ----------
+    rows : PartialTable
+        Of EQUATION_COLUMNS.
     configuration : Configuration
         Of its scene wedging is told; steps are told of the map's usual place in it.
     quick : bool
@@ -35,27 +39,25 @@ def measured(
         Told the share done, 0 to 1.
 
     """
-    rows = []
+    kept = {tuple(row[:3]) for row in rows.rows}
+
+    def add(found):
+        texts = [[str(what), of, f"{at:.9g}", f"{value:.6g}"] for what, of, at, value in found]
+        rows.add(row for row in texts if tuple(row[:3]) not in kept)
+
     for motion in MOTIONS:
         found = wedging(configuration.scene, motion)
-        rows += [[WEDGES, motion, t, f] for t, f in zip(found.tilt, found.friction)]
+        add([WEDGES, motion, t, f] for t, f in zip(found.tilt, found.friction))
     truth = truth_at(USUAL, configuration)
     scales = SLIP_SCALES[:: _QUICK if quick else 1] if truth is not None else ()
     for k, scale in enumerate(scales):
-        assert truth is not None
-        steps = longest_steps(truth, scale)
-        rows += [[LONGEST_STEP, name, scale, longest] for name, longest in steps.longest.items()]
-        rows.append([LAW, "", scale, steps.law_off])
+        # The last row of a scale.
+        if (LAW, "", f"{scale:.9g}") not in kept:
+            assert truth is not None
+            steps = longest_steps(truth, scale)
+            longest = [[LONGEST_STEP, name, scale, step] for name, step in steps.longest.items()]
+            add([*longest, [LAW, "", scale, steps.law_off]])
         progress((k + 1) / len(scales))
-    return [[str(what), of, f"{at:.9g}", f"{value:.6g}"] for what, of, at, value in rows]
-
-
-def write(path: Path, rows: Sequence[Sequence[str]]) -> None:
-    """Write `equations.csv`."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(EQUATION_COLUMNS)
-        writer.writerows(rows)
 
 
 def drawn_of(rows: Sequence[Sequence[str]]) -> tuple[list[Wedging], list[Steps]]:

@@ -63,16 +63,18 @@ def run(arguments: Namespace) -> int:
     counts = QUICK if arguments.quick else WHOLE
     state = f"# {source_key()} {tuple(counts)} {asdict(configuration)}"
     rows = PartialTable(folder / "stability.csv", COLUMNS, state)
+    ends = PartialTable(folder / "equations.csv", equation_ends.EQUATION_COLUMNS, state)
     try:
         found = _examine_all(rows, counts, study.Examiner(configuration))
+        with ProgressBar("equations") as progress:
+            equation_ends.fill_in(ends, configuration, arguments.quick, progress)
     except BaseException:
         rows.close()
+        ends.close()
         raise
     rows.finish()
-    with ProgressBar("equations") as progress:
-        ends = equation_ends.measured(configuration, arguments.quick, progress)
-    equation_ends.write(folder / "equations.csv", ends)
-    drawn = equation_ends.drawn_of(ends)
+    ends.finish()
+    drawn = equation_ends.drawn_of(ends.rows)
     from peg_on_hole_ros.plots import equations
     from peg_on_hole_ros.plots.stability import figure
 
@@ -80,7 +82,7 @@ def run(arguments: Namespace) -> int:
         rows.path,
         *save(figure(found), folder / "stability"),
         *save(figure(found, narrow=True), folder / "stability_narrow"),
-        folder / "equations.csv",
+        ends.path,
         *save(equations.figure(*drawn), folder / "equations"),
         *save(equations.figure(*drawn, narrow=True), folder / "equations_narrow"),
     ]

@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.cli import equation_ends
 from peg_on_hole_ros.cli import stability as command
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
@@ -313,7 +314,21 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
     monkeypatch.setattr(Examiner, "__call__", until_interrupted)
     assert main(["stability", "--quick", "--out", str(cut)]) == 130
     assert "kept: 2 rows in " in capsys.readouterr().err
+    measured, steps = [], equation_ends.longest_steps
+
+    def until_the_second(truth, scale):
+        measured.append(scale)
+        if len(measured) == 2:
+            raise KeyboardInterrupt
+        return steps(truth, scale)
+
+    # In the equations, which come last: what is measured before them is kept, too.
+    monkeypatch.setattr(equation_ends, "longest_steps", until_the_second)
+    assert main(["stability", "--quick", "--out", str(cut)]) == 130
+    assert f"kept: {4 * 2 + 2} rows in " in capsys.readouterr().err
     assert main(["stability", "--quick", "--out", str(cut)]) == 0
+    # Each slip scale once; the second is begun twice.
+    assert len(measured) == len(set(measured)) + 1
     # Four places of two methods, two more of the default alone; the third is begun twice.
     assert len(calls) == 4 * 2 + 2 + 1
     for name in ("stability.csv", "stability.svg", "equations.csv", "equations.svg"):
