@@ -52,13 +52,13 @@ NOT_DETERMINED = "`reactions_determined` is not 1, and the contact mode is not `
 _NO_MODES = "`monitor.modes` is false"
 _UNJUDGED = "in the air, without orientations for long, and where `monitor.modes` is false"
 _NOT_IN_HOLE = "elsewhere than in the hole"
-_NOT_ON_TWO = "unless K and B surely carry the peg"
-_NO_CLOSING = "unless the peg surely closes on three contacts"
+_NOT_ON_TWO = "unless the peg is determined to be on K and B"
+_NO_CLOSING = "unless the peg closes on three contacts, by two standard deviations of its rate"
 _NO_PLACE = "without the place of the hole (`joints.hole_xyz_stddev`)"
-_NO_BIAS = "without a tare, where no bias is uncertain"
-_BIAS_KNOWN = "where no bias is uncertain"
-_TILT_KNOWN = "where the hole's tilt is not uncertain"
-_NOT_ON_THREE = "unless the contact mode is `three_point`, and until enough has been seen"
+_NO_BIAS = "without a tare, if no bias is stated to be uncertain"
+_BIAS_KNOWN = "if no bias is stated to be uncertain"
+_TILT_KNOWN = "if the tilt of the hole is stated to be exact"
+_NOT_ON_THREE = "unless the contact mode is `three_point`, and until there are enough wrenches"
 
 BIAS_NAMES = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
 TILT_NAMES = ("hole_tilt_x", "hole_tilt_y")
@@ -93,7 +93,7 @@ class Row(Record):
             "state",
             "position velocity",
             "rad, rad/s",
-            "gamma, psi, phi, of which psi and phi in (-pi, pi], and their Euler rates",
+            "gamma, psi, phi, with psi and phi in (-pi, pi], and their Euler rates",
             names=ANGLES,
         ),
     ]
@@ -113,7 +113,7 @@ class Row(Record):
             "contacts",
             "position",
             "",
-            "1 closed, 0 open, by the contact mode; where that is `unknown` by the load",
+            "1 closed, 0 open, by the contact mode; if that is `unknown`, by the load",
             names=CONTACTS,
         ),
     ]
@@ -155,9 +155,7 @@ class Row(Record):
     ]
     time_to_transition: Annotated[
         float,
-        _monitor(
-            "s", "time to gamma0, by the trend of the tilt, as smooth as its holder", _NO_CLOSING
-        ),
+        _monitor("s", "time until the tilt reaches gamma0, if its trend continues", _NO_CLOSING),
     ]
     time_to_transition_stddev: Annotated[
         float, _monitor("s", "standard deviation of `time_to_transition`", _NO_CLOSING)
@@ -170,29 +168,29 @@ class Row(Record):
         float, _monitor("", "part of the risk: friction wedges the peg", _UNJUDGED)
     ]
     jamming_stall: Annotated[
-        float, _monitor("", "part of the risk: the motion dies against friction", _UNJUDGED)
+        float, _monitor("", "part of the risk: friction stops the motion", _UNJUDGED)
     ]
     jamming_load: Annotated[
-        float, _monitor("", "part of the risk: a contact passes its allowed load", _UNJUDGED)
+        float, _monitor("", "part of the risk: a reaction exceeds `monitor.max_normal`", _UNJUDGED)
     ]
     determinant: Annotated[
         float,
         _monitor(
             "",
-            "determinant of the six equations, over that without friction",
+            "determinant of the six equations, divided by that without friction",
             "in the hole, in the air, without orientations for long, and where `monitor.modes` is "
             "false",
         ),
     ]
-    insertion_ratio: Annotated[float, _monitor("", "l/d: depth over diameter", _NOT_IN_HOLE)]
+    insertion_ratio: Annotated[float, _monitor("", "l/d: depth divided by diameter", _NOT_IN_HOLE)]
     whitney_margin: Annotated[
-        float, _monitor("N", "how far the load is from jamming by Whitney's diagram", _NOT_IN_HOLE)
+        float, _monitor("N", "push left before the peg jams, by Whitney's diagram", _NOT_IN_HOLE)
     ]
     insertion_depth: Annotated[
         float,
         _monitor(
             "m",
-            "depth of the centre of the peg's lower end; with chamfers the shoulder's, below the "
+            "depth of the centre of the peg's lower end; with chamfers, of the shoulder below the "
             "throat",
             _NOT_ON_TWO,
         ),
@@ -226,7 +224,7 @@ class Row(Record):
     ]
     mode_probability_opened: Annotated[
         float,
-        _monitor("", "the peg touches above gamma0, but has lost K, B1 or B2", _NO_MODES),
+        _monitor("", "the peg touches above gamma0, but K, B1 or B2 is open", _NO_MODES),
     ]
     mode_probability_stuck: Annotated[
         float,
@@ -240,14 +238,17 @@ class Row(Record):
         float, _monitor("", "the peg touches something beside the hole", _NO_MODES)
     ]
     contact_age: Annotated[
-        float, _monitor("s", "how long something has touched", "nothing touches")
+        float, _monitor("s", "how long the peg has touched something", "nothing touches")
     ]
     contact_latency: Annotated[
-        float, _monitor("s", "how long it took to declare that", "nothing touches")
+        float, _monitor("s", "delay from that contact to its declaration", "nothing touches")
     ]
-    free_age: Annotated[float, _monitor("s", "how long nothing has touched", "something touches")]
+    free_age: Annotated[
+        float, _monitor("s", "how long the peg has touched nothing", "something touches")
+    ]
     free_latency: Annotated[
-        float, _monitor("s", "how long it took to declare that", "something touches")
+        float,
+        _monitor("s", "delay from that loss of contact to its declaration", "something touches"),
     ]
     reactions_determined: Annotated[float, _monitor("", "**use the reactions only at 1**; 0 or 1")]
     friction: Annotated[
@@ -272,7 +273,7 @@ class Row(Record):
         float,
         _monitor(
             "m",
-            "the peg's place by the robot's joints, from where contacts would have it",
+            "distance from the place by the robot's joints to the place by the contacts",
             _NO_PLACE,
         ),
     ]
@@ -281,7 +282,7 @@ class Row(Record):
         float,
         _monitor(
             "",
-            "median of the last 200 normalised innovations squared: 2.4 as stated, above 3.3 not",
+            "median of the last 200 NIS: 2.4 if the noise is as stated, above 3.3 if it is not",
             "until there are enough",
         ),
     ]
@@ -289,13 +290,13 @@ class Row(Record):
         float,
         _monitor(
             "",
-            "how far innovations push one way: 3 as stated, above 30 not",
+            "how far innovations are off in one direction: 3 if all is as stated, above 30 if not",
             "until there are enough, and where bias or tilt are uncertain",
         ),
     ]
     joints_noise: Annotated[
         float,
-        _monitor("", "standard deviation of orientations as found, over the stated one: 1 to 20"),
+        _monitor("", "measured over stated standard deviation of orientations: 1 to 20"),
     ]
     bias: Annotated[
         Vector6,
@@ -304,9 +305,7 @@ class Row(Record):
     hole_tilt: Annotated[
         Floats,
         (2,),
-        _monitor(
-            "rad", "how far the hole leans from the configured axis", _TILT_KNOWN, TILT_NAMES
-        ),
+        _monitor("rad", "tilt of the hole from the configured axis", _TILT_KNOWN, TILT_NAMES),
     ]
     bias_stddev: Annotated[
         Vector6,
@@ -332,7 +331,7 @@ class Row(Record):
         (len(UNOBSERVABLE_SETTINGS),),
         _monitor(
             "N",
-            "what a setting that is off would cost at the contact that moves most",
+            "largest change of a reaction by the remaining error of a setting",
             _NOT_ON_THREE,
             tuple(f"doubt_{name}" for name in UNOBSERVABLE_SETTINGS),
         ),
@@ -342,8 +341,8 @@ class Row(Record):
         (len(ACCURACIES),),
         _monitor(
             "N",
-            "standard deviation that a stated accuracy adds to the reaction that it moves most",
-            "unless the peg is on three contacts or surely on K and B, and where every "
+            "standard deviation that a stated accuracy adds to the reaction that it changes most",
+            "unless the peg is on three contacts or determined to be on K and B, and if every "
             "`accuracy.*` and `wrench.low_pass` is 0",
             tuple(f"doubt_{name}" for name in ACCURACIES),
         ),
@@ -388,7 +387,7 @@ class Row(Record):
             "data",
             "",
             "`three_point`, `two_point`, `open`, `unknown`, `elsewhere` or `inserted`; in the "
-            "row its place",
+            "row as a number",
         ),
     ]
     transition: Annotated[
