@@ -1,6 +1,8 @@
 """
 Draw Whitney's jamming and wedging diagrams for docs/jamming.md; needs matplotlib.
 
+The picture is as wide as a telephone, with its panels above each other.
+
     PYTHONPATH=test python docs/figures/whitney.py [FOLDER]
 """
 
@@ -32,7 +34,7 @@ def jamming(axis):
     axis.axhline(0, color="0.8", zorder=0)
     axis.axvline(0, color="0.8", zorder=0)
     axis.set(xlabel="F_x / F_z", ylabel="M / (r F_z)", title="inside: the load slides the peg in")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=9)
 
 
 def wedging(axis):
@@ -45,17 +47,17 @@ def wedging(axis):
         axis.loglog(at, ratio, color=color, label=f"clearance {clearance * 1e3:g} mm")
         axis.plot(at[-1], ratio[-1], "o", color=color)
     axis.axhspan(1e-2, SCENE.friction, color="tab:red", alpha=0.15)
-    axis.text(1.7e-3, 0.035, "can wedge: l/d < friction = 0.2", fontsize=8)
+    axis.text(1.7e-3, 0.035, "can wedge: l/d < friction = 0.2", fontsize=10)
     axis.set(xlabel="gamma [rad]", ylabel="l / d", ylim=(3e-2, 3), title="dots: at gamma0")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=9)
 
 
 def main(folder=HERE):
     """Write the figure."""
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
+    figure, axes = plt.subplots(2, 1, figsize=(4.6, 7.6), layout="constrained")
     jamming(axes[0])
     wedging(axes[1])
-    figure.savefig(Path(folder) / "whitney.png", dpi=110)
+    figure.savefig(Path(folder) / "whitney.png", dpi=130)
 
 
 if __name__ == "__main__":

@@ -124,13 +124,19 @@ def test_parameters_that_are_named_exist():
 
 
 @pytest.mark.parametrize(
-    ("name", "told"), [("frames", "z of sensor"), ("chamfers", "peg_chamfer")]
+    ("name", "text"),
+    [
+        ("frames", "z of sensor"),
+        ("chamfers", "peg_chamfer"),
+        ("contacts", "B1, B2"),
+        ("mixture", "at rest or steady"),
+    ],
 )
-def test_frames_and_chamfers_are_drawn(tmp_path, name, told):
+def test_pictures_are_those_of_the_scripts(tmp_path, name, text):
     pytest.importorskip("matplotlib")
     path = ROOT / "docs" / "figures" / f"{name}.py"
     drawn = loaded(path).draw(tmp_path).read_text(encoding="utf-8")
     committed = path.with_suffix(".svg").read_text(encoding="utf-8")
     texts = re.compile(r"<text[^>]*>([^<]+)</text>")
     assert texts.findall(drawn) == texts.findall(committed)
-    assert told in texts.findall(drawn)
+    assert text in texts.findall(drawn)
