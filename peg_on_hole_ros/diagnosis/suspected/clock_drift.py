@@ -25,8 +25,8 @@ class ClockDrift(Suspect):
     FINDS = (
         (
             "`the clock of /joint_states goes 5000 ppm fast`, or slow, beside that of the wrench: "
-            "no constant `joints.delay` makes up for it, and none is named. Meanwhile the mode is "
-            "`unknown`, and `reactions_determined` is 0",
+            "no constant `joints.delay` compensates for it, and none is named. Meanwhile the mode "
+            "is `unknown`, and `reactions_determined` is 0",
             "anywhere, once the clocks have parted by 5 ms, in 2 s at the earliest",
         ),
     )

@@ -27,7 +27,7 @@ class CoarseJoints(Suspect):
         (
             "`joint states come in steps of 0.00175 rad (0.1 degree)`, wider than "
             "`joints.position_stddev`, with the value that fits. Meanwhile each orientation has "
-            "the variance of the step besides, and `reactions_determined` is 0",
+            "the variance of the step added, and `reactions_determined` is 0",
             "while the joints move, after 0.1 to 0.5 s",
         ),
     )

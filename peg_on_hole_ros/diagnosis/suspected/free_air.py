@@ -27,11 +27,13 @@ class FreeAir(Suspect):
     NAME = "free_air"
     FINDS = (
         (
-            "`wrench.bias_force`: a zero that is off, or along gravity `wrench.payload_mass`; "
-            "tare it",
+            "`wrench.bias_force`: the bias is wrong, or along gravity `wrench.payload_mass`; tare",
             "a peg in the contact mode `open`, or one that turns in the air with its sensor",
         ),
-        ("`wrench.bias_torque`: the torque alone is off, as by `sensor_xyz`", "the same"),
+        (
+            "`wrench.bias_torque`: the bias of the torque alone is wrong, as by `sensor_xyz`",
+            "the same",
+        ),
     )
     OF_ZERO = True
 

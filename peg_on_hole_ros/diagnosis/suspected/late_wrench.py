@@ -72,10 +72,10 @@ class LateWrench(Suspect):
     NAME = "late_wrench"
     FINDS = (
         (
-            "`wrenches come late, by 0.3 s`: those of before come once more under fresh stamps, "
-            "bit for bit, as where a driver hands on a buffer twice, and so what follows is late. "
-            "The mode is `unknown` where it is not `open`, and `reactions_determined` is 0, until "
-            "a motion on three contacts fits the wrench",
+            "`wrenches come late, by 0.3 s`: earlier wrenches arrive again with new stamps, "
+            "bit for bit, for example because a driver sends a buffer twice; all that follow are "
+            "late. The mode is `unknown` where it is not `open`, and `reactions_determined` is 0, "
+            "until a motion on three contacts fits the wrench",
             "anywhere, after 20 wrenches of a sensor with noise",
         ),
     )

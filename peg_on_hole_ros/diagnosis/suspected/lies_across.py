@@ -26,7 +26,7 @@ class LiesAcross(Suspect):
     FINDS = (
         (
             "`joints.peg_rpy` by a quarter turn: the peg lies across the hole, and with another "
-            "it would stand on it",
+            "value it would stand on it",
             "half a second near the hole, with `joints.source: robot`",
         ),
     )

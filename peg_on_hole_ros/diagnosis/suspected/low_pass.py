@@ -24,7 +24,7 @@ class LowPass(Suspect):
     NAME = "low_pass"
     FINDS = (
         (
-            "`low-pass`: noise of neighbours is alike, with the filter's cut-off",
+            "`low-pass`: noise of successive wrenches is correlated; with the filter's cut-off",
             "the quietest half second of 1.5 s and more",
         ),
     )

@@ -24,7 +24,7 @@ class StandingWrench(Suspect):
     FINDS = (
         (
             "`wrenches that do not change`: the sensor or its driver stands still, as in an "
-            "emergency stop, a reconnect or a start. Meanwhile nothing is learnt, no other "
+            "emergency stop, a reconnect or a start. Meanwhile nothing is estimated, no other "
             "setting is reported or adopted, the mode is `unknown`, and `reactions_determined` "
             "is 0",
             "six zeros where a weight hangs at the sensor, after 0.15 s; one value of a sensor "

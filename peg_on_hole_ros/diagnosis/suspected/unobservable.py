@@ -79,8 +79,8 @@ class Unobservable(Suspect):
     NAME = "unobservable"
     FINDS = (
         (
-            "`scene.friction`: what is learnt is far from what is stated; a force along the peg, "
-            "a lever or a weight that is off looks the same",
+            "`scene.friction`: its estimate is far from the stated value; an error of a force "
+            "along the peg, of a lever or of a weight looks the same",
             "three looks in a row on three contacts, where `scene.friction_stddev` is stated",
         ),
     )

@@ -29,8 +29,8 @@ class UntakenZero(Suspect):
     NAME = "untaken_zero"
     FINDS = (
         (
-            "`wrench.bias_force_stddev`: a zero that nobody has taken, or a contact; tare it "
-            "where it hangs free. Until a motion decides, the mode is `unknown`",
+            "`wrench.bias_force_stddev`: the sensor was never tared, or the peg touches; tare "
+            "while the peg hangs free. Until a motion decides, the mode is `unknown`",
             "a peg that is at rest from the start on, after half a second",
         ),
     )

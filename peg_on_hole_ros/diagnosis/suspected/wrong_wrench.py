@@ -44,10 +44,10 @@ class WrongWrench(Suspect):
         ),
         (
             "left-handed axes: one axis mirrored, or two exchanged, of force and torque alike",
-            "none: put the driver right. A wrong `wrench.acts_on` with a wrong `sensor_rpy` looks "
+            "none: correct the driver. A wrong `wrench.acts_on` with a wrong `sensor_rpy` looks "
             "the same",
         ),
-        ("weight taken off already", "`wrench.gravity`"),
+        ("weight that the controller subtracts already", "`wrench.gravity`"),
         ("force in kN, torque in N mm or kN m", "none: the driver has to send N and N m"),
         (
             "numbers rounded more coarsely than the stated noise",

@@ -39,12 +39,11 @@ class ZeroJump(Suspect):
     NAME = "zero_jump"
     FINDS = (
         (
-            "`the zero has jumped by 8 N`, for the driver zeroes its sensor in mid-run: the jump "
-            "is taken off (`wrench.adopt_found`; else the mode is `unknown`), and "
+            "`the zero has jumped by 8 N`, because the driver zeroes its sensor in mid-run: the "
+            "jump is subtracted (`wrench.adopt_found`; else the mode is `unknown`), and "
             "`reactions_determined` is 0 until a tare",
             "a step between two wrenches of 6 times the noise, to zero in all six components, "
-            "where a free peg reads its weight, or while the motion goes on as it was; after "
-            "0.1 s",
+            "where a free peg reads its weight, or while the motion continues; after 0.1 s",
         ),
     )
     OF_ZERO = True
