@@ -174,7 +174,8 @@ def _cells(row: str) -> list[str]:
 def without_unit(text: str) -> Iterator[Finding]:
     """Find columns of bare numbers whose head has no unit; code is not masked."""
     for line, heads, rows in tables(text):
-        if any(_UNIT.fullmatch(head) and head == "unit" for head in heads):
+        # A column has the units, or the first head is what all numbers count.
+        if "unit" in heads or re.match(r"(?:number|count|share)s? of\b", heads[0]):
             continue
         for k, head in enumerate(heads[1:], 1):
             cells = [(row[0], row[k]) for row in rows if k < len(row) and row[k]]
