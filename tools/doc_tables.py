@@ -50,7 +50,7 @@ def suspected(adopted: bool) -> Rows:
 PAGES: dict[Path, dict[str, Rows]] = {
     ROOT / "docs" / "topics.md": {"outputs: monitor": monitor(), "outputs: others": others()},
     ROOT / "docs" / "integration.md": {
-        "suspected: adopted": [("tried", "settings"), *suspected(True)],
+        "suspected: adopted": [("tried", "settings, or where"), *suspected(True)],
         "suspected: reported": [("reported", "where"), *suspected(False)],
     },
 }
