@@ -686,8 +686,11 @@ class OscillationTest(NamedTuple):
         And over that of the bins beside it [-].
     same : float
         Frequencies that differ by less than this share are one [-].
+    counts : float
+        Amplitude over the stated noise above which it counts as noise [-]: more than the root of
+        two, which is left of any over the noise with it. Slighter, that is not half as much again.
     loud : float
-        Amplitude over the stated noise above which no contact is sure [-].
+        And above which no contact is sure until then [-].
     mean_s : float
         The load is a mean over whole periods of so long at least [s].
     slight : float
@@ -707,6 +710,7 @@ class OscillationTest(NamedTuple):
     above: float = 30.0
     narrow: float = 8.0
     same: float = 0.03
+    counts: float = 1.5
     loud: float = 4.0
     mean_s: float = 0.025
     slight: float = 0.33

@@ -42,9 +42,10 @@ class Oscillation(Suspect):
         (
             "`the wrench oscillates`, with frequency and amplitude: hum of the mains, or an arm "
             "that swings. Meanwhile no other setting is reported or adopted; where it exceeds the "
-            "stated noise by four times it counts as noise, and until then, or without "
-            "`wrench.adopt_found`, or where the load over whole periods is less than a third of "
-            "it, the mode is `unknown`, and `reactions_determined` is 0",
+            "stated noise by half it counts as noise. Where it does by four times, the mode is "
+            "`unknown`, and `reactions_determined` is 0, until then, without "
+            "`wrench.adopt_found`, and where the load over whole periods is less than a third of "
+            "it",
             "anywhere, after 0.8 s; from 12 Hz on",
         ),
     )
@@ -82,11 +83,13 @@ class Oscillation(Suspect):
     @property
     def unsure(self) -> bool:
         """Whether it exceeds the noise by far, or all that may carry the peg."""
-        return self._tone is not None and (self._exceeds(self._tone) or self._slight)
+        return self._tone is not None and (self._is_loud(self._tone) or self._slight)
 
-    def _exceeds(self, tone):
-        over = tone.force / self._noise[0], tone.torque / self._noise[3]
-        return max(over) > OSCILLATION_TEST.loud
+    def _is_loud(self, tone):
+        return self._over_noise(tone) > OSCILLATION_TEST.loud
+
+    def _over_noise(self, tone):
+        return max(tone.force / self._noise[0], tone.torque / self._noise[3])
 
     def _with(self, tone: _Tone) -> dict[str, object]:
         """Return the noise that wrenches have with a tone."""
@@ -118,14 +121,15 @@ class Oscillation(Suspect):
         same = before is not None and self._last is not None and _same(before, self._last)
         self._alike = self._alike + 1 if same else 0
         self._without = 0 if same else self._without + 1
-        if same or (first and self._last and self._exceeds(self._last)):
+        if same or (first and self._last and self._is_loud(self._last)):
             # Of what a recording begins with nothing else is known yet.
             self._tone = self._last
-            self._loud = self._loud or self._exceeds(self._last)
+            self._loud = self._loud or self._is_loud(self._last)
         elif self._without >= OSCILLATION_TEST.lasts:
             self._tone, self._loud = None, False
         if self._tone and self._alike >= OSCILLATION_TEST.stretches - 1 and self.finding is None:
-            noise = self._with(self._tone) if self.unsure else {}
+            counts = self._over_noise(self._tone) > OSCILLATION_TEST.counts
+            noise = self._with(self._tone) if counts or self.unsure else {}
             self.finding = Finding(_said(self._tone), noise)
 
     def _weigh(self, q):
