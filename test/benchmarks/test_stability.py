@@ -8,6 +8,7 @@ import pytest
 from peg_on_hole_ros.cli import equation_ends
 from peg_on_hole_ros.cli import stability as command
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.registry import make_filter
@@ -15,6 +16,7 @@ from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.study import edges, map_places
 from peg_on_hole_ros.study import stability as study
 from peg_on_hole_ros.study.bare_balance import bare_balance
+from peg_on_hole_ros.study.fixed_steps import INTEGRATORS, Steps
 from peg_on_hole_ros.study.map_places import MAP_AXES, MapPlace, sensor_rates, truth_at
 from peg_on_hole_ros.study.stability import Examiner, Result, Settled, Verdict, judged
 from simulated import ROOT
@@ -337,6 +339,34 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
         found = list(csv.DictReader(file))
     assert len(found) == 4 * 2 + 2
     assert {row["verdict"] for row in found if row["method"] == "surer"} == {Verdict.ERRS.value}
+
+
+def test_equations_that_were_interrupted_go_on(tmp_path, monkeypatch):
+    measured = []
+
+    def until_the_second(truth, scale):
+        measured.append(scale)
+        if len(measured) == 2:
+            raise KeyboardInterrupt
+        return Steps(scale, 0.1, dict.fromkeys(INTEGRATORS, 1e-4))
+
+    monkeypatch.setattr(equation_ends, "longest_steps", until_the_second)
+    columns, path = equation_ends.EQUATION_COLUMNS, tmp_path / "equations.csv"
+
+    def fill_in():
+        rows = PartialTable(path, columns, "# a state")
+        equation_ends.fill_in(rows, Configuration(), True, lambda share: None)
+        rows.finish()
+        return rows.rows
+
+    with pytest.raises(KeyboardInterrupt):
+        fill_in()
+    rows = fill_in()
+    # Each slip scale once, the second of them begun twice, and no row twice.
+    assert len(measured) == len(set(measured)) + 1
+    assert len({tuple(row[:3]) for row in rows}) == len(rows)
+    _, steps = equation_ends.drawn_of(rows)
+    assert [one.slip_scale for one in steps] == sorted(set(measured))
 
 
 @pytest.mark.nightly
