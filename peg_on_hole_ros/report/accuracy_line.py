@@ -2,6 +2,7 @@
 
 from math import hypot
 
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import ACCURACY_PARAMETERS
 
 # Kinds that are named, and what is worth a line [N].
@@ -24,8 +25,11 @@ def accuracy_line(deviations: dict[str, float | None]) -> str:
         return ""
     largest = sorted(known, key=lambda name: -known[name])[:_MOST_NAMED]
     parts = ", ".join(
-        f"{known[name]:.2g} N by {' and '.join(ACCURACY_PARAMETERS[name])}"
+        f"{quantity(known[name], 'N', 2)} by {' and '.join(ACCURACY_PARAMETERS[name])}"
         for name in largest
         if known[name] >= _LEAST
     )
-    return f"stated accuracies leave the reactions open by {total:.2g} N (one deviation): {parts}"
+    return (
+        f"stated accuracies add {quantity(total, 'N', 2)} to the standard deviation of the "
+        f"reactions: {parts}"
+    )

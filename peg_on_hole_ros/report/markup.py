@@ -29,6 +29,12 @@ def section(name: str, title: str, *parts: str, open_: bool | None = None) -> st
     )
 
 
+def banner(level: str, headline: str, lines: Iterable[str]) -> str:
+    """Return what stands above all else; `level`: `error` or `warn`."""
+    more = "\n".join(f"<p>{html(line)}</p>" for line in lines)
+    return f'<div class="banner {level}">\n<p class="lead">{html(headline)}</p>\n{more}\n</div>'
+
+
 def jump(text: str, start: float, end: float | None = None, kind: str = "jump") -> str:
     """Return a button that brings the plots and the drawing to a time, or a span of time [s]."""
     until = "" if end is None else f' data-to="{end:.4f}"'

@@ -7,11 +7,21 @@ from typing import NamedTuple
 from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
 from peg_on_hole_ros.bags.truth import BOUND_STDDEVS
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.number_text import bounded, number
 from peg_on_hole_ros.records import CONTACTS
 from peg_on_hole_ros.report import words
 from peg_on_hole_ros.report.accuracy_line import accuracy_line
 from peg_on_hole_ros.report.inputs import Inputs
-from peg_on_hole_ros.report.markup import html, jump, points, section, sentence, shown, table
+from peg_on_hole_ros.report.markup import (
+    banner,
+    html,
+    jump,
+    points,
+    section,
+    sentence,
+    shown,
+    table,
+)
 from peg_on_hole_ros.report.model import model, with_drawing
 from peg_on_hole_ros.report.page import document
 from peg_on_hole_ros.report.panels import (
@@ -71,8 +81,7 @@ def replay_page(found: Replay) -> str:
     begun = words.tries_at(content["cycles"], tracks.runs)
     before = [
         f"<header>\n<h1>Replay of {html(found.path.name)}</h1>",
-        *_contradiction(found.contradicted),
-        f'<p class="lead">{sentence(_headline(found, begun))}</p>',
+        *_verdict(found, begun),
         _meta(content),
         _damage(content["damage"]),
         "</header>",
@@ -90,9 +99,16 @@ def replay_page(found: Replay) -> str:
     return document(title, before, _model(found), list(filter(None, after)))
 
 
-def _contradiction(causes):
-    remark = words.contradiction(list(causes))
-    return [f'<p class="damage lead">{sentence(remark)}</p>'] if remark else []
+def _verdict(found, begun):
+    """Return what is wrong, with what to set first, and below it what happened."""
+    doubt = words.doubt(found.contradicted, found.doubts)
+    happened = sentence(_headline(found, begun))
+    if doubt is None:
+        return [f'<p class="lead">{happened}</p>']
+    return [
+        banner("error" if doubt.contradicted else "warn", doubt.headline, doubt.lines),
+        f'<p class="verdict">{happened}</p>',
+    ]
 
 
 def _headline(found, begun):
@@ -116,13 +132,18 @@ def _summary(found):
     content, limits = found.content, found.configuration.monitor.max_normal
     peaks = {} if content["reactions_void"] else found.tracks.peaks
     cards = [
-        ("Loads", points(_load_lines(content, peaks, limits)) + _loads(peaks, limits)),
+        ("Doubts", points(words.doubt_lines(_doubts(found), found.tracks.undetermined))),
         ("Alarms", points(words.alarm_lines(content["alarms"], content["alarm_changes"]))),
-        ("What to doubt", points(words.doubt_lines(found.doubts, found.tracks.undetermined))),
+        ("Loads", points(_load_lines(content, peaks, limits)) + _loads(peaks, limits)),
         ("Dropped", points([words.dropped_line(content["messages"])])),
     ]
     body = "\n".join(f"<div><h3>{title}</h3>\n{text}</div>" for title, text in cards)
     return section("summary", "In short", f'<div class="summary">\n{body}\n</div>')
+
+
+def _doubts(found):
+    """Return all doubts, what stands at the top first."""
+    return list(dict.fromkeys([*found.contradicted, *found.doubts]))
 
 
 def _load_lines(content, peaks, limits):
@@ -135,14 +156,14 @@ def _loads(peaks, limits):
     rows = [
         (
             name,
-            f"{peaks[name].normal:.4g} ± {BOUND_STDDEVS * peaks[name].stddev:.2g}",
+            bounded(peaks[name].normal, BOUND_STDDEVS * peaks[name].stddev, "N", limit),
             f"{peaks[name].normal / limit:.0%}",
             jump(f"{peaks[name].t_ns * 1e-9:.3f} s", peaks[name].t_ns * 1e-9),
         )
         for name, limit in zip(CONTACTS, limits)
         if name in peaks
     ]
-    head = "", "greatest [N]", "of limit", "at"
+    head = "", "greatest", "of limit", "at"
     return table(head, rows, raw=(3,)) if rows else ""
 
 
@@ -160,7 +181,7 @@ def _tries(cycles, begun):
                 cycle["outcome"],
                 f"{cycle['duration']:.3f}",
                 "-" if since is None else jump(f"{t + since:.3f} s", t + since),
-                "-" if None in peak.values() else f"{max(peak.values()):.4g}",
+                "-" if None in peak.values() else number(max(peak.values())),
                 str(cycle["alarm_count"]),
             )
         )

@@ -1,9 +1,11 @@
 """The first lines of a report: what happened, in words."""
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from peg_on_hole_ros.messages.passed_time import StampRun
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 from peg_on_hole_ros.report.tracks import PeakReaction
 
@@ -11,6 +13,49 @@ from peg_on_hole_ros.report.tracks import PeakReaction
 _BESIDE_NS = 1_000_000_000
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 _MOST_ALARMS = 8
+
+
+# What stands before a colon and has no more words is a label, as of a setting.
+_LABEL_WORDS = 2
+_ROOMS = "wrench", "joints", "scene", "clocks"
+_SENTENCE_END = re.compile(r"\. (?=[A-Z])|; (?=with it |used in place of what is stated)")
+
+
+class Cause(NamedTuple):
+    """
+    A line of what makes numbers doubtful, in its parts.
+
+    Attributes
+    ----------
+    what : str
+        What is wrong.
+    remedy : str
+        What to set or to do; empty: the line has nothing of it.
+    evidence : str
+        How that is known; empty: the line has nothing of it.
+
+    """
+
+    what: str
+    remedy: str
+    evidence: str
+
+
+def parts_of(line: str) -> Cause:
+    """Return the parts of a line that reads `what: remedy; with it evidence`, see `Finding`."""
+    room, _, rest = line.partition(": ")
+    if rest and room in _ROOMS:
+        line = rest
+    begin = 0
+    first = line.find(": ")
+    if first >= 0 and len(line[:first].split()) <= _LABEL_WORDS:
+        begin = first + 2
+    end = _SENTENCE_END.search(line, begin)
+    stated = line[: end.start()] if end else line
+    evidence = line[end.start() :].lstrip(".; ") if end else ""
+    colon = stated.find(": ", begin)
+    what, remedy = (stated, "") if colon < 0 else (stated[:colon], stated[colon + 2 :])
+    return Cause(what, *map(_sentence, (remedy, evidence)))
 
 
 class Remark(NamedTuple):
@@ -73,28 +118,63 @@ def _ordinal(n):
     return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
 
 
-def contradiction(causes: list[str]) -> Remark | None:
-    """Return that settings are contradicted, and by what first, before what rests on them."""
-    if not causes:
+class Doubt(NamedTuple):
+    """
+    What stands above all that rests on it.
+
+    Attributes
+    ----------
+    headline : str
+    lines : list of str
+        What to do about it first, how that is known, and how many more there are.
+    contradicted : bool
+        Whether the data contradict a setting; else something is only odd.
+
+    """
+
+    headline: str
+    lines: list[str]
+    contradicted: bool
+
+
+def doubt(contradicted: Sequence[str], doubts: Sequence[str]) -> Doubt | None:
+    """
+    Return what is wrong first, before any verdict; None: nothing is.
+
+    Parameters
+    ----------
+    contradicted : sequence of str
+        Settings that the data contradict, the likeliest first.
+    doubts : sequence of str
+        All that makes numbers doubtful, these among them.
+
+    """
+    first = [*contradicted, *doubts][:1]
+    if not first:
         return None
-    more = len(causes) - 1
-    others = f" (and {more} more, below)" if more else ""
-    return Remark(f"Settings are contradicted: {causes[0]}{others}.")
+    cause = parts_of(first[0])
+    heading = "Settings are contradicted" if contradicted else "These results are doubtful"
+    more = len(set(doubts) | set(contradicted)) - 1
+    lines = [f"{part.rstrip('.')}." for part in (cause.remedy, cause.evidence) if part]
+    if more:
+        lines.append(f"{more} more below: correct the first one, then replay again.")
+    return Doubt(f"{heading}: {cause.what}.", lines, bool(contradicted))
 
 
 def load_line(
     peaks: dict[str, PeakReaction], limits: Sequence[float], void: str | None = None
 ) -> Remark:
-    """Return the worst load against its limit [N], or `void`, why none is told."""
+    """Return the worst load against its limit [N], or `void`, why it is withheld."""
     if void:
-        return Remark(f"No load is told: {void}.")
+        return Remark(f"Reactions are withheld: {void}.")
     if not peaks:
-        return Remark("No load is known: the reactions were determined nowhere.")
+        return Remark("Reactions are not determined anywhere.")
     shares = {name: peaks[name].normal / limit for name, limit in _limited(peaks, limits)}
     worst = max(shares, key=shares.get)  # type: ignore[arg-type]
     peak, limit = peaks[worst], dict(_limited(peaks, limits))[worst]
     over = "over its limit" if shares[worst] > 1 else f"{shares[worst]:.0%} of its limit"
-    text = f"Worst load: {peak.normal:.3g} N at {worst}, {over} of {limit:g} N."
+    load = quantity(peak.normal, "N")
+    text = f"Worst load: {load} at {worst}, {over} of {quantity(limit, 'N')}."
     return Remark(text, peak.t_ns * 1e-9)
 
 
@@ -141,31 +221,31 @@ def _times(times):
     return f" and {more} more time{'s' if more > 1 else ''}" if more else ""
 
 
-def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Remark]:
+def doubt_lines(doubts: Sequence[str], undetermined: float | None) -> list[Remark]:
     """
-    Return what makes the numbers doubtful, the likeliest cause first.
+    Return what makes the numbers doubtful beside what stands at the top.
 
     Parameters
     ----------
-    doubts : list of str
-        From `advice`.
+    doubts : sequence of str
+        From `advice`, the likeliest cause first: that one is at the top.
     undetermined : float or None
         Share of three-point contact in which reactions are not determined.
 
     """
-    told = [Remark(f"{_sentence(text)}.") for text in doubts]
-    if told:
-        told[0] = Remark(f"Likeliest cause: {doubts[0]}.")
-    else:
-        told = [Remark("Nothing speaks against the settings.")]
+    found = [Remark(f"{_sentence(text)}.") for text in doubts[1:]]
+    if not doubts:
+        found = [Remark("The data do not contradict the settings.")]
+    elif not found:
+        found = [Remark("Nothing beside what stands at the top.")]
     if undetermined:
-        told.append(
+        found.append(
             Remark(
                 f"In {undetermined:.1%} of three-point contact the wrench does not determine the "
                 "reactions: they are left out of plots and figures there."
             )
         )
-    return told
+    return found
 
 
 def dropped_line(messages: dict) -> Remark:

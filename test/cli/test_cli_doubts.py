@@ -392,7 +392,7 @@ def test_of_a_wrench_in_another_unit_no_reaction_is_told(sliding, tmp_path, caps
     for cycle in content["cycles"]:
         assert cycle["peak_normal"] == cycle["mean_normal"] == nothing
     page = report.read_text(encoding="utf-8")
-    assert "No load is told: they would rest on what the data contradict" in page
+    assert "Reactions are withheld: they would rest on what the data contradict" in page
     assert "Worst load:" not in page and "of limit" not in page
 
 

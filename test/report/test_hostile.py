@@ -26,5 +26,5 @@ def test_names_of_files_and_frames_are_texts(opened, tmp_path):
     assert shown.page.inner_text("h1") == f"Replay of {name}"
     assert shown.page.title() == f"Replay of {name}"
     # Two frames on one topic are doubtful, and named.
-    assert EVIL in shown.page.inner_text("#summary")
+    assert EVIL in shown.page.inner_text(".banner")
     assert shown.page.locator("img, h1 b").count() == 0

@@ -120,7 +120,8 @@ def test_a_bag_with_a_formula_as_its_name_is_reported(tmp_path):
 
 def test_doubts_come_with_the_likeliest_cause_first_and_drops_with_reasons(tmp_path):
     text = replay_page(replay_of(tmp_path / "a.mcap"))
-    assert text.index("Likeliest cause: first doubt.") < text.index("<li>Second.</li>")
+    doubtful = text.index("These results are doubtful: first doubt.")
+    assert doubtful < text.index("No try to insert the peg") < text.index("<li>Second.</li>")
     assert "2 of 3 messages were used. Dropped: 1 wrench_dropped_late." in text
 
 
@@ -220,6 +221,8 @@ def test_without_plotly_it_is_refused_before_the_work(tmp_path, capsys, monkeypa
 def test_settings_that_are_contradicted_come_before_what_happened(tmp_path):
     found = replay_of(tmp_path / "a.mcap")
     assert "Settings are contradicted" not in replay_page(found)
-    text = replay_page(found._replace(contradicted=("wrench: kN", "joints: two publish")))
-    said = "Settings are contradicted: wrench: kN (and 1 more, below)."
-    assert 0 < text.index(said) < text.index("No try to insert the peg")
+    contradicted = ("wrench: the force is in kN: the driver has to send N", "joints: two publish")
+    text = replay_page(found._replace(contradicted=contradicted))
+    said = text.index("Settings are contradicted: the force is in kN.")
+    first = text.index("The driver has to send N.")
+    assert said < first < text.index("No try to insert the peg") < text.index("two publish")

@@ -6,11 +6,12 @@ from peg_on_hole_ros.messages.passed_time import StampRun
 from peg_on_hole_ros.report.tracks import PeakReaction
 from peg_on_hole_ros.report.words import (
     alarm_lines,
-    contradiction,
+    doubt,
     doubt_lines,
     dropped_line,
     headline,
     load_line,
+    parts_of,
     risen,
     tries_at,
 )
@@ -59,7 +60,7 @@ def test_the_worst_load_is_the_one_nearest_to_its_limit():
     assert found.t == 2.0
     over = load_line({"B2": PeakReaction(250.0, 1.0, 0)}, LIMITS)
     assert over.text == "Worst load: 250 N at B2, over its limit of 200 N."
-    assert "determined nowhere" in load_line({}, LIMITS).text
+    assert "not determined anywhere" in load_line({}, LIMITS).text
 
 
 def alarm(t, name, level):
@@ -93,11 +94,12 @@ def test_more_alarms_than_are_listed_are_counted():
 
 def test_without_doubts_it_says_that_nothing_speaks_against_the_settings():
     assert [place.text for place in doubt_lines([], None)] == [
-        "Nothing speaks against the settings."
+        "The data do not contradict the settings."
     ]
-    told = doubt_lines(["check the tare"], 0.125)
-    assert told[0].text == "Likeliest cause: check the tare."
-    assert told[1].text.startswith("In 12.5% of three-point contact")
+    # The likeliest cause stands at the top of the page.
+    told = doubt_lines(["check the tare", "two publish"], 0.125)
+    assert [place.text for place in told[:-1]] == ["Two publish."]
+    assert told[-1].text.startswith("In 12.5% of three-point contact")
 
 
 def test_drops_have_their_reasons():
@@ -119,9 +121,47 @@ def test_tries_are_found_on_the_time_that_has_passed_where_the_clock_went_back()
 
 
 def test_what_the_data_contradict_comes_before_all_that_rests_on_it():
-    assert contradiction([]) is None
-    one = contradiction(["joints: two publish on /joint_states"])
-    assert one.text == "Settings are contradicted: joints: two publish on /joint_states."
-    assert (
-        contradiction(["a", "b", "c"]).text == "Settings are contradicted: a (and 2 more, below)."
+    assert doubt([], []) is None
+    sign = (
+        "wrench: the sign of the wrench is reversed: set wrench.acts_on: robot; with it the "
+        "forces balance to 5.6 N instead of 21 N; used in place of what is stated "
+        "(wrench.adopt_found)"
     )
+    one = doubt([sign], [sign])
+    assert one.headline == "Settings are contradicted: the sign of the wrench is reversed."
+    assert one.lines[0] == "Set wrench.acts_on: robot."
+    assert one.lines[1].startswith("With it the forces balance to 5.6 N instead of 21 N;")
+    assert len(one.lines) == 2 and one.contradicted
+    more = doubt([sign], [sign, "a", "b"])
+    assert more.lines[-1] == "2 more below: correct the first one, then replay again."
+    odd = doubt([], ["5 of 9 messages of joints were not used: the encoders stand still"])
+    assert odd.headline == "These results are doubtful: 5 of 9 messages of joints were not used."
+    assert odd.lines == ["The encoders stand still."] and not odd.contradicted
+
+
+@pytest.mark.parametrize(
+    ("line", "parts"),
+    [
+        ("a", ("a", "", "")),
+        # A setting is a label, and the room in front of it is none.
+        (
+            "wrench: wrench.bias_force: a free peg reads [3, 0, 0] N: tare it",
+            ("wrench.bias_force: a free peg reads [3, 0, 0] N", "Tare it", ""),
+        ),
+        (
+            "joints: two publish on /joint_states: end one",
+            ("two publish on /joint_states", "End one", ""),
+        ),
+        (
+            "scene: the clearance is not the stated one: set hole_diameter - peg_diameter to 0.08 "
+            "mm; with it the peg's path fits",
+            (
+                "the clearance is not the stated one",
+                "Set hole_diameter - peg_diameter to 0.08 mm",
+                "With it the peg's path fits",
+            ),
+        ),
+    ],
+)
+def test_a_line_has_what_is_wrong_what_to_do_and_how_that_is_known(line, parts):
+    assert tuple(parts_of(line)) == parts
