@@ -23,14 +23,17 @@ def moving(moments: dict[str, np.ndarray], scene: Scene) -> dict[str, np.ndarray
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        `t` [s]; `gamma`, `psi`, `phi` [rad]; `p_h`, `p_e`, `p_z` of the peg's origin [m];
+        `t` [s]; `gamma`, `psi`, `phi` [rad]; `psi_stddev`, `phi_stddev` [rad], NaN where they are
+        not determined; `p_h`, `p_e`, `p_z` of the peg's origin [m];
         `S1`, `b`, `a1` of the contact's geometry [m], NaN where there is no three-point contact;
         for each contact reaction and `_stddev` [N], `_closed`, and the force on the peg as `h_`,
         `e_`, `z_` [N]; `friction`, `jamming_risk`.
 
     """
     gamma, psi = moments["gamma"], moments["psi"]
-    found = {name: moments[name] for name in ("t", "gamma", "psi", "phi")}
+    found = {
+        name: moments[name] for name in ("t", "gamma", "psi", "phi", "psi_stddev", "phi_stddev")
+    }
     place = _turned(psi, *(moments[axis] for axis in "xyz"))
     found |= {f"p_{axis}": column for axis, column in zip(_AXES, place)}
     found |= _geometry(gamma, scene)

@@ -5,9 +5,11 @@ from peg_on_hole_ros.report.markup import html, section
 from peg_on_hole_ros.report.page import bare_page, views_and_readings
 
 _LIVE_SCRIPTS = ("theme.js", "drawing.js", "readings.js", "strips.js", "live.js")
+# Without an estimate for longer a strip has a gap [s]: four frames.
+LEAST_SILENCE = 0.2
 _STRIPS = (
     ("tilt", "Tilt", "mrad, with gamma0"),
-    ("reactions", "Normal reactions", "N; a gap: not determined"),
+    ("reactions", "Normal reactions", "N; a gap: not determined, or no estimate"),
     ("modes", "Contact mode", ""),
     ("risk", "Risk of jamming, probability of the transition", "triangles mark alarms"),
 )
@@ -22,7 +24,10 @@ def live_page(name: str) -> str:
         for strip, title, note in _STRIPS
     )
     body = [
-        f'<header>\n<h1>{html(name)}</h1>\n<p class="lead" id="said">Connecting</p>',
+        f"<header>\n<h1>{html(name)}</h1>\n",
+        # What is wrong, before what the contact does.
+        '<div id="banners" role="status"></div>',
+        '<p class="lead" id="said">Connecting</p>',
         '<p class="damage" id="status" hidden></p>\n</header>',
         '<section id="live"><div class="desk">',
         f'<aside class="stage">{views_and_readings()}</aside>',
@@ -46,4 +51,5 @@ def drawn(configuration: Configuration) -> dict:
         "max_normal": list(monitor.max_normal),
         "jamming_warn": monitor.jamming_warn,
         "jamming_error": monitor.jamming_error,
+        "silence": max(configuration.filter.max_gap, LEAST_SILENCE),
     }

@@ -11,6 +11,7 @@ from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, RecordedTruth
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime, StampRun
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
+from peg_on_hole_ros.plots.turns import turn_stddev
 from peg_on_hole_ros.records import ANGLES, CONTACTS, SIX_QUANTITIES
 from peg_on_hole_ros.report.thinning import ThinnedRows, most_loaded, thinned
 
@@ -31,6 +32,7 @@ TRACK_COLUMNS = (
 SNAPSHOT_COLUMNS = (
     "load",
     *ANGLES,
+    *("psi_stddev", "phi_stddev"),
     *("x", "y", "z"),
     *(axis + "_" + contact for contact in CONTACTS for axis in ("X", "Y", "Z")),
     *CONTACTS,
@@ -161,7 +163,9 @@ class Tracks:
         normal = [n if known else nan for n in normal]
         values = (gamma, *self._unwrapped(psi, phi), *normal)
         row = []
-        for value, deviation in zip(values, stddev):
+        for i, (value, deviation) in enumerate(zip(values, stddev)):
+            if 0 < i < len(ANGLES) and not isfinite(turn_stddev(deviation)):
+                value = nan
             row += (value, value - BOUND_STDDEVS * deviation, value + BOUND_STDDEVS * deviation)
         for name in LEARNT:
             unit = _MICRO.get(name, 1.0)
@@ -173,7 +177,8 @@ class Tracks:
         self._note_peaks(passed, normal, stddev[3:])
         load = sum(n for n in normal if isfinite(n))
         forces = forces if known else [nan] * 9
-        moment = (load, gamma, psi, phi, *place, *forces, *normal, *stddev[3:], *closed)
+        turns = map(turn_stddev, stddev[1:3])
+        moment = (load, gamma, psi, phi, *turns, *place, *forces, *normal, *stddev[3:], *closed)
         told = monitor.get("friction", nan), monitor.get("jamming_risk", nan)
         self._moments.add(passed, (*moment, *told))
         return known
@@ -232,7 +237,8 @@ def true_columns(
         t_ns, values = run.passed(truth.t_ns[inside]), truth.values[inside].copy()
         for i, name in ((1, "psi"), (2, "phi")):
             if name in estimate:
-                beside = np.interp(t_ns[0] * 1e-9, estimate["t"], estimate[name])
+                known = np.isfinite(estimate[name])
+                beside = np.interp(t_ns[0] * 1e-9, estimate["t"][known], estimate[name][known])
                 values[:, i] += 2 * np.pi * np.round((beside - values[0, i]) / (2 * np.pi))
         times.append(t_ns)
         rows.append(values)

@@ -1,4 +1,4 @@
-"""What a page is told twenty times a second: lines with their peaks, modes, alarms, one moment."""
+"""What a page gets twenty times a second: lines with peaks, modes, alarms, causes, one moment."""
 
 from collections import deque
 from math import isfinite
@@ -8,14 +8,18 @@ import numpy as np
 
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
 from peg_on_hole_ros.bags.storage.message_rows import MessageRows
+from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE
+from peg_on_hole_ros.plots.turns import turn_stddev
 from peg_on_hole_ros.records import ALARM_LEVELS, ANGLES, CONTACTS
 from peg_on_hole_ros.report.drawing import moving
+from peg_on_hole_ros.report.words import parts_of
 
 # Read whole; of the other topics the last message serves.
 WHOLE = ("state", "contacts", "monitor")
 RISKS = ("jamming_risk", "transition_probability")
+DIAGNOSTICS_TOPIC = "/diagnostics"
 # Kept for a page that is opened, or comes back [s].
 HISTORY = 30.0
 _MOST_KEPT = 2000
@@ -27,6 +31,11 @@ class PageUpdates:
     """
     Makes frames of what has arrived; time is that of the stamps since the first.
 
+    Parameters
+    ----------
+    name : str
+        Full name of the node, as in /cell/peg_on_hole: `/diagnostics` has those of others too.
+
     Attributes
     ----------
     kept : deque of dict
@@ -34,7 +43,8 @@ class PageUpdates:
 
     """
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = f"/{NODE}") -> None:
+        self._prefix = f"{name.strip('/')}: "
         self.kept: deque[dict] = deque(maxlen=_MOST_KEPT)
         self._readers = {topic: Reader() for topic in WHOLE}
         # The newest of each.
@@ -52,7 +62,7 @@ class PageUpdates:
         ----------
         arrived : dict of str to list
             Of the topics in WHOLE all messages since the last frame, serialised; of
-            `contact_mode` and `alarms` all, as messages.
+            `contact_mode`, `alarms` and `/diagnostics` all, as messages.
         latest : dict of str to message
             Of the other topics the last one.
         scene : Scene
@@ -105,15 +115,37 @@ class PageUpdates:
         if frame.get("anew") and "modes" not in frame and self._mode:
             frame["modes"] = [[t, self._mode]]
         for message in arrived["alarms"]:
-            told = []
+            listed = []
             for status in message.status:
-                level = status.level[0] if isinstance(status.level, bytes) else status.level
-                told.append({"name": status.name, "level": _level(level), "said": status.message})
+                level = _number_of(status.level)
+                entry = {"name": status.name, "level": _level(level), "said": status.message}
+                listed.append(entry)
                 if level > self._levels.get(status.name, 0):
                     rise = {"t": t, "name": status.name, "level": _level(level)}
                     frame.setdefault("rises", []).append(rise)
                 self._levels[status.name] = level
-            frame["alarms"] = told
+            frame["alarms"] = listed
+        for message in arrived.get(DIAGNOSTICS_TOPIC, ()):
+            own = [each for each in message.status if each.name.startswith(self._prefix)]
+            if own:
+                frame["causes"] = self._causes(own)
+
+    def _causes(self, statuses):
+        """Return what is wrong by `/diagnostics`, in its parts, errors first."""
+        found = []
+        for status in sorted(statuses, key=lambda each: -_number_of(each.level)):
+            if not (level := _number_of(status.level)):
+                continue
+            cause = parts_of(status.message)
+            found.append(
+                {
+                    "about": status.name.removeprefix(self._prefix),
+                    "level": _level(level),
+                    "headline": cause.what,
+                    "lines": [part for part in cause[1:] if part],
+                }
+            )
+        return found
 
     def _moment_of(self, tables, latest, scene):
         moment = {"t": np.array([self._passed(self._last_ns)])}
@@ -123,6 +155,10 @@ class PageUpdates:
         pose = latest.get("pose")
         place = pose.pose.pose.position if pose else None
         told = {axis: getattr(place, axis) if place else np.nan for axis in "xyz"}
+        turns = latest.get("state_stddev")
+        spread_of_turns = dict(zip(turns.name, turns.position)) if turns else {}
+        for name in ANGLES[1:]:
+            told[f"{name}_stddev"] = turn_stddev(spread_of_turns.get(name, np.nan))
         spread = latest.get("contacts_stddev")
         stddev = dict(zip(spread.name, spread.effort)) if spread else {}
         for name in CONTACTS:
@@ -153,6 +189,10 @@ class PageUpdates:
 
 def _has(contacts, name):
     return contacts is not None and name in contacts.efforts
+
+
+def _number_of(level):
+    return level[0] if isinstance(level, bytes) else level
 
 
 def _level(number):

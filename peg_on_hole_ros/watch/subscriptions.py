@@ -16,12 +16,14 @@ from rclpy.task import Future
 from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.messages.beside_estimates import LATCHED, TOPICS
-from peg_on_hole_ros.watch.page_updates import WHOLE, PageUpdates
+from peg_on_hole_ros.messages.beside_estimates import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.watch.page_updates import DIAGNOSTICS_TOPIC, WHOLE, PageUpdates
 from peg_on_hole_ros.watch.polling import DEPTH, subscribe, taken
 
-LATEST_ONLY = ("contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
+LATEST_ONLY = ("state_stddev", "contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
 EVERY_CHANGE = ("contact_mode", "alarms")
+# Of all nodes that report, each once a second.
+_DIAGNOSTICS_DEPTH = 200
 # Without an estimate for so long it is said [s].
 SILENT_AFTER = 1.0
 
@@ -46,7 +48,7 @@ class WatchedNode:
     def __init__(self, name: str) -> None:
         self.name = name
         self.configuration: Configuration | None = None
-        self.frames = PageUpdates()
+        self.frames = PageUpdates(name)
         self._context = rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node("peg_on_hole_watch", context=self._context)
@@ -59,7 +61,12 @@ class WatchedNode:
         self._subscriptions = {
             topic: self._subscribe(topic) for topic in (*WHOLE, *LATEST_ONLY, *EVERY_CHANGE)
         }
+        # Of all nodes.
+        self._subscriptions[DIAGNOSTICS_TOPIC] = subscribe(
+            self._node, DIAGNOSTICS_TOPIC, DIAGNOSTICS, False, False, _DIAGNOSTICS_DEPTH
+        )
         self._latest: dict[str, object] = {}
+        self._every = *WHOLE, *EVERY_CHANGE, DIAGNOSTICS_TOPIC
         self._arrived_at = time.monotonic()
         self._wrong = ""
 
@@ -72,7 +79,7 @@ class WatchedNode:
     def frame(self) -> dict:
         """Take what has arrived; return an update of the page (`PageUpdates`), with `status`."""
         self._ask()
-        arrived = {topic: taken(self._subscriptions[topic]) for topic in (*WHOLE, *EVERY_CHANGE)}
+        arrived = {topic: taken(self._subscriptions[topic]) for topic in self._every}
         for topic in LATEST_ONLY:
             for message in taken(self._subscriptions[topic]):
                 self._latest[topic] = message

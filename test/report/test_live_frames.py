@@ -1,5 +1,7 @@
 """What a live page is told of a node, whatever arrives together."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,11 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.watch.page_updates import WHOLE, PageUpdates
+from peg_on_hole_ros.watch.page_updates import DIAGNOSTICS_TOPIC, WHOLE, PageUpdates
 
 MS = 1_000_000
 SCENE = Scene()
+OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"
 
 
 def state(k):
@@ -64,3 +67,41 @@ def test_stamps_that_fall_begin_anew_without_the_loads_of_before():
     assert begun["anew"] and len(frames.kept) == 1
     assert begun["moment"]["K"] is None
     assert np.isclose(begun["moment"]["gamma"], 0.199)
+
+
+def diagnostics(*entries):
+    """Return a /diagnostics of level, name and message."""
+    names = "level", "name", "message"
+    made = [SimpleNamespace(**dict(zip(names, entry))) for entry in entries]
+    return SimpleNamespace(status=made)
+
+
+def test_what_the_diagnostics_suspect_comes_in_its_parts_and_errors_first():
+    frames = PageUpdates("/cell/peg_on_hole")
+    sign = (
+        "wrench: the sign of the wrench is reversed: set wrench.acts_on: robot; with it the "
+        "forces balance to 0.28 N instead of 7.3 N"
+    )
+    report = diagnostics(
+        (WARN, "cell/peg_on_hole: input", "no messages of joints: check topic names"),
+        (OK, "cell/peg_on_hole: timing", "keeping up"),
+        (ERROR, "cell/peg_on_hole: filter", sign),
+        # Of another node.
+        (ERROR, "other/peg_on_hole: filter", "no estimate"),
+    )
+    filter_, input_ = told(frames, **{DIAGNOSTICS_TOPIC: [report]})["causes"]
+    assert filter_ == {
+        "about": "filter",
+        "level": "ERROR",
+        "headline": "the sign of the wrench is reversed",
+        "lines": [
+            "Set wrench.acts_on: robot",
+            "With it the forces balance to 0.28 N instead of 7.3 N",
+        ],
+    }
+    assert (input_["about"], input_["level"]) == ("input", "WARN")
+    # Gone, it is withdrawn; of other nodes alone nothing is said.
+    alone = diagnostics((ERROR, "other/peg_on_hole: filter", "no estimate"))
+    assert "causes" not in told(frames, **{DIAGNOSTICS_TOPIC: [alone]})
+    well = diagnostics((OK, "cell/peg_on_hole: filter", "running"))
+    assert told(frames, **{DIAGNOSTICS_TOPIC: [well]})["causes"] == []

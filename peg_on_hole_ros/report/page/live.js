@@ -47,9 +47,11 @@ class Page {
   constructor() {
     this.status = document.querySelector("#status");
     this.lead = document.querySelector("#said");
-    this.points = new Points();
+    this.points = new Points(1);
     this.mode = null;
     this.alarms = [];
+    this.raised = [];
+    this.causes = [];
     this.waiting = false;
     for (const query of ["(prefers-color-scheme: dark)", "print"]) {
       matchMedia(query).addEventListener("change", () => this.later());
@@ -69,7 +71,7 @@ class Page {
 
   take(message) {
     if (message.frames) {
-      this.points = new Points();
+      this.points = new Points(this.points.silence);
       this.mode = null;
       this.settle(message.settings);
       message.frames.forEach((frame) => this.add(frame));
@@ -86,6 +88,7 @@ class Page {
     const plots = plotsOf(settings), latest = this.drawing ? this.drawing.latest : null;
     this.drawing = new LiveDrawing(settings);
     this.drawing.latest = latest;
+    this.points.silence = settings.silence;
     this.strips = [...document.querySelectorAll("canvas.strip")].map((canvas) => {
       const name = canvas.dataset.strip;
       return name === "modes" ? new ModeStrip(canvas) : new Strip(canvas, plots[name]);
@@ -93,11 +96,13 @@ class Page {
   }
 
   add(frame) {
-    if (frame.anew) this.points = new Points();
+    if (frame.anew) this.points = new Points(this.points.silence);
     this.points.add(frame);
     if (frame.modes) this.mode = frame.modes[frame.modes.length - 1][1];
     if (frame.moment) this.drawing.latest = frame.moment;
     if (frame.alarms) this.showAlarms(frame.alarms);
+    if (frame.causes) this.causes = frame.causes;
+    if (frame.alarms || frame.causes) this.showBanners();
   }
 
   showAlarms(alarms) {
@@ -105,6 +110,7 @@ class Page {
     const text = JSON.stringify(on);
     if (text === this.shownAlarms) return;
     this.shownAlarms = text;
+    this.raised = on;
     this.alarms = on.map((alarm) => `${alarm.name} ${alarm.level}`);
     const list = document.querySelector("#alarmlist");
     list.replaceChildren(...(on.length ? on : [null]).map((alarm) => {
@@ -112,6 +118,32 @@ class Page {
       item.textContent = alarm ? `${alarm.name} ${alarm.level}: ${alarm.said}` : "none";
       return item;
     }));
+  }
+
+  // What is wrong stands above the drawing: alarms first, errors before warnings.
+  showBanners() {
+    const text = JSON.stringify([this.raised, this.causes]);
+    if (text === this.shownBanners) return;
+    this.shownBanners = text;
+    const graver = (a, b) => (b.level === "ERROR") - (a.level === "ERROR");
+    const banner = ({ level, kind, headline, lines }) => {
+      const div = document.createElement("div");
+      div.className = `banner ${kind} ${level.toLowerCase()}`;
+      for (const [i, line] of [headline, ...lines].entries()) {
+        const p = document.createElement("p");
+        if (i === 0) p.className = "headline";
+        p.textContent = line;
+        div.append(p);
+      }
+      return div;
+    };
+    const alarms = [...this.raised].sort(graver).map(({ name, level, said }) => ({
+      level, kind: "alarm", headline: `${level}: ${name.replaceAll("_", " ")}`, lines: [said],
+    }));
+    const causes = [...this.causes].sort(graver).map((cause) => ({
+      ...cause, kind: "cause", headline: `${cause.about === "filter" && cause.lines.length ? "Suspected" : cause.about}: ${cause.headline}`,
+    }));
+    document.querySelector("#banners").replaceChildren(...[...alarms, ...causes].map(banner));
   }
 
   tell(status) {

@@ -5,11 +5,19 @@ const SPAN = 20, LEFT = 46, BOTTOM = 18, TOP = 16, RIGHT = 8;
 
 // Points of all lines by name; what has left the window is let go of.
 class Points {
-  constructor() {
+  // Without a point for `silence` [s] a line breaks.
+  constructor(silence) {
+    this.silence = silence;
     this.columns = new Map();
     this.modes = [];
     this.rises = [];
     this.end = 0;
+  }
+
+  // From when to when no estimate came.
+  gaps() {
+    const points = this.columns.get("gamma") || [];
+    return points.slice(1).map(([t], i) => [points[i][0], t]).filter(([from, to]) => to - from > this.silence);
   }
 
   add(frame) {
@@ -70,7 +78,7 @@ class Strip {
     pen.rect(LEFT, TOP - 2, this.w - LEFT - RIGHT, this.h - TOP - BOTTOM + 4);
     pen.clip();
     for (const level of this.plot.levels) this.level(level);
-    this.plot.lines.forEach((line) => this.line(line, points.columns.get(line.column) || []));
+    this.plot.lines.forEach((line) => this.line(line, points.columns.get(line.column) || [], points.silence));
     if (this.plot.rises) points.rises.forEach((rise) => this.rise(rise));
     pen.restore();
     this.legend();
@@ -116,16 +124,17 @@ class Strip {
     this.pen.stroke();
   }
 
-  line({ column, color, scale = 1 }, points) {
+  line({ column, color, scale = 1 }, points, silence) {
     const { pen } = this;
     pen.strokeStyle = cssColor("c" + color);
     pen.lineWidth = 1.5;
     pen.lineJoin = "round";
     pen.beginPath();
-    let before = false;
+    let before = null;
     for (const [t, v] of points) {
-      if (v !== null) pen[before ? "lineTo" : "moveTo"](this.x(t), this.y(scale * v));
-      before = v !== null;
+      const joined = before !== null && t - before <= silence;
+      if (v !== null) pen[joined ? "lineTo" : "moveTo"](this.x(t), this.y(scale * v));
+      before = v === null ? null : t;
     }
     pen.stroke();
   }
@@ -176,6 +185,10 @@ class ModeStrip extends Strip {
       pen.fillRect(x, TOP, Math.max(this.x(end) - x, 0.5), this.h - TOP);
       if (!shown.includes(mode)) shown.push(mode);
     });
+    for (const [from, to] of points.gaps()) {
+      const x = this.x(Math.max(from, this.from));
+      if (to > this.from) pen.clearRect(x, TOP, this.x(to) - x, this.h - TOP);
+    }
     pen.textAlign = "left";
     let x = LEFT;
     for (const mode of shown) {
