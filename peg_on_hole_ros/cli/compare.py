@@ -17,6 +17,7 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.report.comparison_page import Overlay, comparison_page
@@ -257,37 +258,34 @@ def _value(text):
 
 def _comparison_text(result, a, b):
     stamps = result["stamps"]
-    lines = [
-        f"A: {a}",
-        f"B: {b}",
+    lines = [f"A: {a}", f"B: {b}", *_sameness(result)]
+    differences = result["configuration"]
+    if differences:
+        lines += ["", "settings that differ"]
+        lines += [f"  {name}: {x} -> {y}" for name, (x, y) in differences.items()]
+    lines += [
+        "",
         f"stamps in common: {stamps['common']}; only in A: {stamps['only_a']}; "
         f"only in B: {stamps['only_b']}",
-        *_sameness(result),
-        "",
-        table(
-            ("difference B - A", "unit", "max", "RMS", "max/stddev", "RMS/stddev"),
-            [
-                (
-                    row["name"],
-                    row["unit"],
-                    *(_number(row[k]) for k in ("max", "rms", "max_in_stddev", "rms_in_stddev")),
-                )
-                for row in result["quantities"]
-            ]
-            + [
-                (row["name"], "", _number(row["max"]), _number(row["rms"]), "-", "-")
-                for row in result["monitor"]
-            ],
-            2,
-        ),
-        "",
         f"contact mode agrees at {100 * result['contact_mode_agrees']:.2f} % of the stamps, "
         f"transition at {100 * result['transition_agrees']:.2f} %",
     ]
-    differences = result["configuration"]
-    if differences:
-        lines += ["", "configuration"]
-        lines += [f"  {name}: {x} -> {y}" for name, (x, y) in differences.items()]
+    rows = [
+        (row["name"], *(quantity(row[k], row["unit"]) for k in ("max", "rms")))
+        + tuple(map(_number, (row["max_in_stddev"], row["rms_in_stddev"])))
+        for row in result["quantities"]
+        if row["max"] != 0.0
+    ] + [
+        (row["name"], _number(row["max"]), _number(row["rms"]), "-", "-")
+        for row in result["monitor"]
+        if row["max"] != 0.0
+    ]
+    if rows:
+        head = "difference B - A", "max", "RMS", "max/stddev", "RMS/stddev"
+        lines += ["", table(head, rows)]
+    every = [*result["quantities"], *result["monitor"]]
+    if same := sum(row["max"] == 0.0 for row in every):
+        lines += ["", f"the same in both: {same} of {len(every)} quantities"]
     return "\n".join(lines)
 
 
@@ -307,4 +305,4 @@ def _sameness(result):
 
 
 def _number(value):
-    return "-" if value is None else f"{value:.3g}"
+    return "-" if value is None else number(value)

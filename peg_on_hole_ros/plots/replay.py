@@ -7,7 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, RecordedTruth
+from peg_on_hole_ros.plots.gaps import with_gaps
 from peg_on_hole_ros.plots.series import MONITORED, Series
+from peg_on_hole_ros.plots.turns import turn_stddev
 from peg_on_hole_ros.records import SIX_QUANTITIES
 
 TRACE_COLORS = ("#1b6ca8", "#c2571a", "#2e7d32")
@@ -19,7 +21,8 @@ MODE_COLORS = {
     "elsewhere": "#b39ddb",
     "unknown": "#e0e0e0",
 }
-TRUTH = {"color": "black", "linewidth": 0.8, "linestyle": (0, (4, 3))}
+# Broad and pale, below the lines of the estimate.
+TRUTH = {"color": "#9aa3ad", "linewidth": 3.0, "alpha": 0.6, "zorder": 1.5}
 
 
 def figure(
@@ -36,11 +39,12 @@ def figure(
     gamma0 : float
         Tilt at which three-point contact ends [rad].
     truth : RecordedTruth, optional
-        Drawn as broken lines.
+        Drawn as a broad line below.
 
     """
     passed_ns, values, stddev, monitor = series.arrays()
-    t = passed_ns * 1e-9
+    columns = {"t": passed_ns * 1e-9, "values": values, "stddev": stddev, "monitor": monitor}
+    t, values, stddev, monitor = with_gaps(columns).values()
     fig = Figure(figsize=(11, 12), dpi=110, layout="constrained")
     axes = fig.subplots(5, 1, sharex=True, height_ratios=(3, 3, 4, 1.2, 2.4))
     fig.suptitle(title)
@@ -79,10 +83,13 @@ def _gamma(axis, t, values, stddev, gamma0):
 
 def _turns(axis, t, values, stddev):
     turned = values.copy()
-    turned[:, 1:3] = np.unwrap(values[:, 1:3], axis=0)
     for i in (1, 2):
+        there = np.isfinite(values[:, i])
+        turned[there, i] = np.unwrap(values[there, i])
+        known = np.isfinite([turn_stddev(spread) for spread in stddev[:, i].tolist()])
+        turned[~known, i] = np.nan
         _band(axis, t, turned, stddev, i, TRACE_COLORS[i])
-    axis.set_ylabel("turns [rad]")
+    axis.set_ylabel("turns [rad]\nno line: not determined")
     axis.legend(loc="upper left", ncols=3)
 
 
@@ -112,7 +119,12 @@ def _draw_truth(axes, t, runs, truth):
         # The estimate wraps: its first turn may be another than the truth's.
         row = max(0, int(np.searchsorted(t, at[0], side="right")) - 1)
         for i in (1, 2):
-            estimated = axes[1].lines[i - 1].get_ydata()[row]
+            drawn = axes[1].lines[i - 1].get_ydata()
+            known = np.flatnonzero(np.isfinite(drawn))
+            if not len(known):
+                continue
+            row = int(known[np.argmin(np.abs(known - row))])
+            estimated = drawn[row]
             turns = (
                 2 * np.pi * np.round((estimated - np.interp(t[row], at, values[:, i])) / 2 / np.pi)
             )

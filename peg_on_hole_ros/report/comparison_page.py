@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.estimates import Estimate
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.records import SIX_QUANTITIES
 from peg_on_hole_ros.report.markup import html, points, section, table
 from peg_on_hole_ros.report.model import model
@@ -24,6 +25,7 @@ from peg_on_hole_ros.report.words import Remark
 # Of the values of an estimate: angles and reactions.
 _DRAWN = (0, 1, 2, 6, 7, 8)
 _ANGLES = 3
+_IN_STDDEV = "max_in_stddev", "rms_in_stddev"
 
 
 class Overlay:
@@ -50,15 +52,19 @@ class Overlay:
         """Return the columns of `a`, `b` and `difference` [stddev]."""
         a, b = self.a.columns(), self.b.columns()
         for name in SIX_QUANTITIES[1:_ANGLES]:
+            if name not in a or name not in b:
+                continue
             # Both begin within half a turn of zero, not always on the same side.
-            turns = 2 * pi * np.round((a[name][0] - b[name][0]) / (2 * pi))
+            first_a, first_b = (column[np.isfinite(column)][0] for column in (a[name], b[name]))
+            turns = 2 * pi * np.round((first_a - first_b) / (2 * pi))
             for end in ("", "_low", "_high"):
                 b[name + end] = b[name + end] + turns
-        return {
-            "a": a,
-            "b": b,
-            "difference": named(*self._difference.arrays(MOST_DRAWN), SIX_QUANTITIES),
+        apart = named(*self._difference.arrays(MOST_DRAWN), SIX_QUANTITIES)
+        # What is the same has no line.
+        differs = {
+            name: column for name, column in apart.items() if name == "t" or np.nansum(column**2)
         }
+        return {"a": a, "b": b, "difference": differs}
 
 
 def _determined(estimate):
@@ -86,15 +92,22 @@ def comparison_page(
     sources = [Source("a", "A"), Source("b", "B", "second")]
     panels = [*estimate_panels(sources, configuration), *difference_panels()]
     modes = {"A": overlay.a.modes, "B": overlay.b.modes}
-    drawn = model(with_data(panels, tables, 2), tables, overlay.a.passed_ns, modes)
+    drawn = model(
+        with_data(panels, tables, 2),
+        tables,
+        overlay.a.passed_ns,
+        modes,
+        silence=configuration.filter.max_gap,
+    )
     before = [
         "<header>\n<h1>Comparison of two outputs</h1>",
         f'<p class="lead">{html(_headline(result))}</p>',
         f'<p class="note">A: {html(a)}<br>B: {html(b)}</p>\n</header>',
+        _configuration(result),
         section("summary", "In short", points(_summary(result))),
+        _quantities(result),
     ]
-    after = [_quantities(result), _configuration(result), _origin()]
-    return document("Comparison of two outputs", before, drawn, after)
+    return document("Comparison of two outputs", before, drawn, [_origin()])
 
 
 def _headline(result):
@@ -109,8 +122,9 @@ def _headline(result):
     if not most["max_in_stddev"]:
         return "The outputs differ, though not in angles, rates or reactions."
     return (
-        f"The outputs differ, most in {most['name']}: by up to {most['max']:.3g} {most['unit']}, "
-        f"{most['max_in_stddev']:.3g} standard deviations."
+        f"The outputs differ, most in {most['name']}: by up to "
+        f"{quantity(most['max'], most['unit'])}, {number(most['max_in_stddev'])} standard "
+        "deviations."
     )
 
 
@@ -127,19 +141,21 @@ def _summary(result):
 
 
 def _quantities(result):
+    differing = [row for row in result["quantities"] if row["max"] != 0.0]
+    same = [row["name"] for row in result["quantities"] if row["max"] == 0.0]
     rows = [
         (
             row["name"],
-            row["unit"],
-            *(
-                "-" if row[k] is None else f"{row[k]:.3g}"
-                for k in ("max", "rms", "max_in_stddev", "rms_in_stddev")
-            ),
+            *(quantity(row[k], row["unit"]) for k in ("max", "rms")),
+            *("-" if row[k] is None else number(row[k]) for k in _IN_STDDEV),
         )
-        for row in result["quantities"]
+        for row in differing
     ]
-    head = "B - A", "unit", "max", "RMS", "max/stddev", "RMS/stddev"
-    return section("quantities", "Differences", table(head, rows))
+    head = "B - A", "max", "RMS", "max/stddev", "RMS/stddev"
+    parts = [table(head, rows)] if rows else []
+    if same:
+        parts.append(f"<p>The same in both: {html(', '.join(same))}.</p>")
+    return section("quantities", "Differences", *parts)
 
 
 def _configuration(result):

@@ -36,17 +36,15 @@ def banner(level: str, headline: str, lines: Iterable[str]) -> str:
 
 
 def jump(text: str, start: float, end: float | None = None, kind: str = "jump") -> str:
-    """Return a button that brings the plots and the drawing to a time, or a span of time [s]."""
-    until = "" if end is None else f' data-to="{end:.4f}"'
-    return (
-        f'<button type="button" class="{kind}" data-t="{start:.4f}"{until}>{html(text)}</button>'
-    )
+    """Return a link that brings the plots and the drawing to a time, or a span of time [s]."""
+    until = "" if end is None else f",{end:.4f}"
+    return f'<a class="{kind}" href="#t={start:.4f}{until}">{html(text)}</a>'
 
 
 def sentence(place: Remark) -> str:
-    """Return a sentence, with a button that brings to its time."""
-    button = "" if place.t is None else " " + jump("show", place.t, kind="jump show")
-    return html(place.text) + button
+    """Return a sentence, with a link that brings to its time."""
+    link = "" if place.t is None else " " + jump("show", place.t, kind="jump show")
+    return html(place.text) + link
 
 
 def points(places: Iterable[Remark]) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.plots.gaps import changes_with_gaps, with_gaps
 from peg_on_hole_ros.records import CONTACTS
 from peg_on_hole_ros.report.drawing import moving
 from peg_on_hole_ros.report.words import risen
@@ -19,6 +20,7 @@ def model(
     end_ns: int,
     modes: dict[str, list[tuple[int, str]]],
     alarms: Sequence[dict] = (),
+    silence: float = float("inf"),
 ) -> dict:
     """
     Return plots and their data.
@@ -35,8 +37,16 @@ def model(
         Changes of the contact mode [ns] for each row of its plot.
     alarms : list of dict
         Changes of level, as in the summary.
+    silence : float
+        Without a row for longer a line breaks [s]; the times between rows are drawn by themselves.
 
     """
+
+    def broken(name, changes):
+        """Return changes of a mode that holds in no silence, where its table is known."""
+        of = tables.get(name if name in tables else name.lower())
+        return changes if of is None else changes_with_gaps(changes, of["t"], silence)
+
     used = {line["table"] for one in panels for line in one.get("lines", ())}
     told = [
         {"t": alarm["time"], "name": alarm["name"], "level": alarm["level"], "rises": rises}
@@ -44,11 +54,18 @@ def model(
     ]
     return {
         "panels": panels,
-        "tables": {name: columns for name, columns in tables.items() if name in used},
+        "tables": {
+            name: columns if name.endswith("_interval") else with_gaps(columns, silence)
+            for name, columns in tables.items()
+            if name in used
+        },
         "end": max(end_ns * 1e-9, 1e-3),
         "begin": 0.0,
         "modes": [
-            {"name": name, "changes": [[t * 1e-9, mode] for t, mode in _fewer(changes, end_ns)]}
+            {
+                "name": name,
+                "changes": [[t * 1e-9, mode] for t, mode in _fewer(broken(name, changes), end_ns)],
+            }
             for name, changes in modes.items()
         ],
         "alarms": told,

@@ -128,10 +128,19 @@ def _panel(panel):
     if kind and panel.get("rows", 1) > 1:
         kind += " two"
     return (
-        f'<div class="panel"><h3>{html(panel["title"])}</h3>\n'
+        f'<div class="panel"><h3>{html(panel["title"])}</h3>{_downloads(panel)}\n'
         f'<p class="note">{html(panel["note"])}</p>\n'
         f'<div class="plot{kind}" data-panel="{html(panel["name"])}"></div></div>'
     )
+
+
+def _downloads(panel):
+    buttons = "".join(
+        f'<button type="button" data-get="{kind}" data-panel="{html(panel["name"])}" '
+        f'aria-label="{html(panel["title"])} as {text}">{text}</button>'
+        for kind, text in (("png", "PNG"), ("csv", "CSV"))
+    )
+    return f'<span class="get">{buttons}</span>'
 
 
 def views_and_readings() -> str:

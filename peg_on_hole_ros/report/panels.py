@@ -59,7 +59,8 @@ def estimate_panels(
     gamma0, monitor = configuration.scene.gamma0, configuration.monitor
 
     def lines(names, label="{}", band=True, known=False):
-        shown = [*sources, *([truth] if truth and known else [])]
+        # Drawn first, so below the estimate.
+        shown = [*([truth] if truth and known else []), *sources]
         return [
             line(source, name, label.format(name), color, band and source is not truth)
             for source in shown
@@ -82,15 +83,17 @@ def estimate_panels(
             "turns",
             "Turns",
             "rad",
-            "psi about the hole's axis, phi about the peg's own, with their 95 % bounds.",
+            "psi about the hole's axis, phi about the peg's own, with their 95 % bounds. A gap: "
+            "not determined, as near upright, where only their sum is.",
             lines(ANGLES[1:], known=True),
+            range="values",
         ),
         panel(
             "reactions",
             "Normal reactions",
             "N",
-            "Reactions at the three contacts with their 95 % bounds. A gap: the wrench does not "
-            "determine them there.",
+            "Reactions at the three contacts with their 95 % bounds, which are cut off at the "
+            "plot's edge. A gap: the wrench does not determine them there, or no estimate came.",
             lines(CONTACTS, "N_{}", known=True),
             levels=[level(limit, "limit") for limit in limits],
             range="reactions",
@@ -121,7 +124,7 @@ def estimate_panels(
         *(
             panel(
                 name,
-                f"{name.capitalize()} as learnt",
+                f"{name.capitalize()} as estimated",
                 unit,
                 note,
                 [line(source, name, name, 0, True) for source in sources],

@@ -209,6 +209,7 @@ def _model(found):
         tracks.passed_ns,
         modes,
         found.content["alarms"],
+        configuration.filter.max_gap,
     )
     return with_drawing(drawn, tracks.moments(), configuration.scene)
 

@@ -7,6 +7,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from estimates import changed as changed_estimate
 from estimates import estimate, messages
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
@@ -31,13 +32,19 @@ DECLARED = {
 }
 
 
-def output(path, changed=(), without=(), lost=()):
-    """Write an output of some stamps; `lost` holds pairs of topic and number of the stamp."""
+def output(path, changed=(), without=(), lost=(), more=0.0):
+    """
+    Write an output of some stamps.
+
+    `lost` holds pairs of topic and number of the stamp; at K there is `more` load [N].
+    """
     stream = OutputStream(Scene())
     with BagWriter(path) as writer:
         for i in range(COUNT):
             t_ns = 10**9 + i * MS
-            for topic, ros_type, fields in messages(stream, estimate(t_ns)):
+            made = estimate(t_ns)
+            made = changed_estimate(made, normal=made.normal + [more, 0.0, 0.0])
+            for topic, ros_type, fields in messages(stream, made):
                 fields = copy.deepcopy(fields)
                 if topic in changed:
                     (CHANGES | DECLARED)[topic](fields)
@@ -56,7 +63,7 @@ def compared(capsys, a, b):
     assert main(["compare", str(a), str(b), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert main(["compare", str(a), str(b)]) == 0
-    lines = capsys.readouterr().out.splitlines()[3:]
+    lines = capsys.readouterr().out.splitlines()[2:]
     return result, lines[: lines.index("")]
 
 
@@ -100,6 +107,17 @@ def test_a_message_that_one_side_lacks_is_a_difference(own, tmp_path, capsys):
     for pair in ((own, other), (other, own)):
         result, _ = compared(capsys, *pair)
         assert result["differs"] and result["topics"]["pose"] == {"stamps": COUNT, "differ": 1}
+
+
+def test_settings_come_first_and_what_is_the_same_has_no_row(own, tmp_path, capsys):
+    other = output(tmp_path / "other.mcap", more=2.0)
+    assert main(["compare", str(own), str(other)]) == 0
+    text = capsys.readouterr().out
+    rows = text[text.index("difference B - A") :].split("\n\n")[0].splitlines()[1:]
+    assert [row.split()[:5] for row in rows] == [["N_K", "2", "N", "2", "N"]]
+    assert "the same in both: " in text and "gamma" not in text
+    assert main(["compare", str(own), str(own)]) == 0
+    assert "difference B - A" not in capsys.readouterr().out
 
 
 def test_what_one_side_does_not_have_is_left_out_and_told(own, tmp_path, capsys):

@@ -45,9 +45,9 @@ def test_everything_is_there_and_fits_the_width(opened, working_cycle, width, sc
         *("Tilt", "Turns", "Normal reactions", "Contact mode"),
         "Risk of jamming and transition",
     ]
-    assert {"Friction as learnt", "Innovations", "Gaps in the input"} < set(titles)
+    assert {"Friction as estimated", "Innovations", "Gaps in the input"} < set(titles)
     # The clearance is stated to be known: nothing of it is learnt.
-    assert "Clearance as learnt" not in titles
+    assert "Clearance as estimated" not in titles
     assert page.locator(".plot .main-svg").count() >= len(titles)
     wide = page.evaluate(
         "[...document.querySelectorAll('.plot svg.main-svg')]"
@@ -168,15 +168,67 @@ def test_a_drag_zooms_all_plots_and_all_goes_back(shown):
 
 def test_a_try_brings_plots_and_drawing_to_its_place(shown):
     second = shown.page.locator("#tries tr").nth(2)
-    begins = float(second.locator("button").first.inner_text().removesuffix(" s"))
+    begins = float(second.locator("a").first.inner_text().removesuffix(" s"))
     assert begins == pytest.approx(8.75, abs=0.05)
-    second.locator("button").first.click()
+    second.locator("a").first.click()
     low, high = shown.span()
     assert low == pytest.approx(begins - 0.16, abs=0.05) and high == pytest.approx(11.7)
     assert shown.reading("t") == f"{begins:.3f} s"
     assert shown.page.evaluate("document.querySelector('#plots').getBoundingClientRect().top") < 5
-    second.locator("button").nth(1).click()
+    second.locator("a").nth(1).click()
     assert shown.reading("t").startswith("10.28")
+
+
+def test_an_address_with_a_time_opens_there_and_marks_it(opened, working_cycle, tmp_path):
+    shown = opened(working_cycle)
+    page = shown.page
+    assert page.locator(".mark-line:visible").count() == 0
+    for hash_, time in (("#t=4.5", "4.500 s"), ("#t=2.25,3", "2.250 s")):
+        page.evaluate("(hash) => { location.hash = hash; }", hash_)
+        page.wait_for_function(
+            "(t) => document.querySelector('[data-reading=t]').textContent === t", arg=time
+        )
+        assert page.locator(".mark-line:visible").count() == page.locator(".plot").count()
+    low, high = shown.span()
+    assert low < 2.25 and high == pytest.approx(3.0, abs=0.1)
+    # As a link from elsewhere does; what is no time does nothing.
+    page.goto(page.url.partition("#")[0] + "#t=7")
+    page.reload()
+    page.wait_for_selector("html[data-ready]")
+    assert shown.reading("t") == "7.000 s"
+    page.evaluate("location.hash = '#t=no'")
+    page.evaluate(FRAMES)
+    assert shown.reading("t") == "7.000 s"
+
+
+def test_a_plot_can_be_had_as_a_picture_and_as_a_table(opened, working_cycle):
+    page = opened(working_cycle).page
+    with page.expect_download() as waiting:
+        page.click("[data-get=csv][data-panel=reactions]")
+    assert waiting.value.suggested_filename.endswith("_reactions.csv")
+    head, *rows = waiting.value.path().read_text(encoding="utf-8").splitlines()
+    assert head == "time_s,line,value [N],low,high"
+    cells = [row.split(",") for row in rows]
+    contacts = {"N_K", "N_B1", "N_B2"}
+    assert {cell[1] for cell in cells} == contacts | {f"{name} truth" for name in contacts}
+    worst = max(float(cell[2]) for cell in cells if cell[1] == "N_K" and cell[2])
+    assert f"{worst:.3g} N at K" in page.inner_text("#summary")
+    with page.expect_download() as waiting:
+        page.click("[data-get=png][data-panel=tilt]")
+    assert waiting.value.suggested_filename.endswith("_tilt.png")
+    assert waiting.value.path().read_bytes().startswith(b"\x89PNG")
+    with page.expect_download() as waiting:
+        page.click("[data-get=csv][data-panel=modes]")
+    text = waiting.value.path().read_text(encoding="utf-8")
+    assert text.startswith("source,time_s,mode\nestimate,0,")
+
+
+def test_the_truth_lies_below_the_estimate(shown):
+    """What is drawn later lies above."""
+    names = shown.page.evaluate(
+        "document.querySelector('.plot[data-panel=tilt]').data.map((trace) => trace.name)"
+    )
+    assert names.index("truth") < names.index("gamma")
 
 
 def test_it_plays_and_stops(shown):

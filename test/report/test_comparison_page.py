@@ -53,6 +53,12 @@ def test_both_are_drawn_and_how_far_they_are_apart(tmp_path):
     assert apart[20:30] == pytest.approx(4.0) and not apart[:20].any() and not apart[30:].any()
     assert [row["name"] for row in model["modes"]] == ["A", "B"]
     assert "moving" not in model
+    # Settings and what differs come before the plots; what is the same has no row and no line.
+    quantities = text[text.index('id="quantities"') : text.index('id="plots"')]
+    assert text.index('id="changed"') < text.index('id="quantities"')
+    assert re.findall(r"<tr><td>([^<]*)</td>", quantities) == ["N_K"]
+    assert "The same in both: gamma, psi, phi," in quantities
+    assert set(model["tables"]["difference"]) == {"t", "K"}
 
 
 def test_outputs_that_are_the_same_are_said_to_be(tmp_path):

@@ -16,11 +16,17 @@ class PageController {
       document.getElementById(id).addEventListener("click", () => this.plots.zoom(factor));
     }
     document.querySelector("#all").addEventListener("click", () => this.plots.setRange(0, model.end));
-    for (const button of document.querySelectorAll("button.jump")) {
-      button.addEventListener("click", () => this.jump(button.dataset));
+    // Also where the address is that of now: it is asked for once more.
+    for (const link of document.querySelectorAll("a.jump")) {
+      link.addEventListener("click", () => this.follow(link.hash));
+    }
+    addEventListener("hashchange", () => this.follow(location.hash));
+    for (const button of document.querySelectorAll("[data-get]")) {
+      button.addEventListener("click", () => this.give(button.dataset));
     }
     this.followTheme();
     this.setTime(model.begin);
+    this.follow(location.hash);
   }
 
   setTime(t) {
@@ -30,9 +36,30 @@ class PageController {
     if (this.drawing) this.read(this.drawing.show(this.time, this.holding(this.model.modes[0].changes)));
   }
 
-  jump({ t, to }) {
+  // A time, or from when to when, as in #t=4.5 or #t=1.736,5.886.
+  follow(hash) {
+    const found = /^#t=(\d+(?:\.\d+)?)(?:,(\d+(?:\.\d+)?))?$/.exec(hash);
+    if (found) this.jump(Number(found[1]), found[2] === undefined ? null : Number(found[2]));
+  }
+
+  // A plot's picture, or what it draws, as a file.
+  give({ get, panel: name }) {
+    const { panel, div } = this.plots.panels.find((each) => each.panel.name === name);
+    const file = `${document.title.replace(/[^\w.-]+/g, "_")}_${name}`;
+    if (get === "png") {
+      Plotly.downloadImage(div, { format: "png", filename: file, width: 1200, height: 400, scale: 2 });
+      return;
+    }
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([csvOf(this.model, panel)], { type: "text/csv" }));
+    link.download = `${file}.csv`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  jump(from, end) {
     this.pause();
-    const from = Number(t), end = to === undefined ? null : Number(to);
+    this.plots.mark(from);
     const margin = end === null ? 0.05 * this.model.end : 0.05 * (end - from) + 0.01;
     const last = (end === null ? from : end) + margin;
     this.plots.setRange(Math.max(from - margin, 0), Math.min(last, this.model.end));

@@ -17,6 +17,21 @@ function outline(t, low, high) {
   return { x, y };
 }
 
+// Values without their bounds, which may be wide, and a margin.
+function valueRange(model, panel) {
+  let low = Infinity, high = -Infinity;
+  for (const line of panel.lines) {
+    for (const value of model.tables[line.table][line.column]) {
+      if (value === null) continue;
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+    }
+  }
+  if (low > high) return [-1, 1];
+  const margin = Math.max(0.15 * (high - low), 0.02);
+  return [low - margin, high + margin];
+}
+
 function lineTraces(model, panel) {
   const traces = [], named = new Set();
   for (const line of panel.lines) {
@@ -34,9 +49,10 @@ function lineTraces(model, panel) {
       x: table.t, y: panel.log ? y.map((v) => (v > 0 ? v : null)) : y,
       type: "scatter", mode: "lines", name, legendgroup: name, showlegend: !named.has(name),
       line: {
-        color: truth ? cssColor("ink") : line.style === "noise" ? translucent(color, 0.45) : color,
-        width: truth || line.style === "noise" ? 1 : 1.5,
-        dash: truth ? "dot" : line.style === "second" ? "dash" : "solid",
+        // A broad pale line below that of the estimate.
+        color: truth ? translucent(cssColor("muted"), 0.45) : line.style === "noise" ? translucent(color, 0.45) : color,
+        width: truth ? 4.5 : line.style === "noise" ? 1 : 1.5,
+        dash: line.style === "second" ? "dash" : "solid",
       },
       hovertemplate: `${truth ? line.name + " truth" : line.name}: %{y:.5g}<extra></extra>`,
     });
@@ -66,7 +82,8 @@ function alarmTraces(model) {
 }
 
 function modeTraces(model) {
-  const names = [...new Set(model.modes.flatMap((row) => row.changes.map((c) => c[1])))];
+  // An empty one: no estimate came.
+  const names = [...new Set(model.modes.flatMap((row) => row.changes.map((c) => c[1])))].filter(Boolean);
   return names.map((mode) => {
     const base = [], x = [], y = [];
     for (const row of model.modes) {
@@ -99,6 +116,7 @@ function layoutOf(model, panel, range) {
   if (panel.log) Object.assign(y, { tickformat: "~g", dtick: 1 });
   if (panel.floor) y.autorangeoptions = { minallowed: Math.log10(panel.floor) };
   if (panel.range === "unit") y.range = [-0.04, 1.12];
+  if (panel.range === "values") y.range = valueRange(model, panel);
   if (panel.range === "reactions") y.range = reactionRange(model, panel);
   if (panel.bands) Object.assign(y, { type: "category", autorange: "reversed", showgrid: false });
   const coarse = matchMedia("(pointer: coarse)").matches;
@@ -112,6 +130,24 @@ function layoutOf(model, panel, range) {
   };
 }
 
+// What a plot draws, a row for each point: sources have times of their own.
+function csvOf(model, panel) {
+  if (panel.bands) {
+    const rows = model.modes.flatMap((row) => row.changes.map(([t, mode]) => [row.name, t, mode]));
+    return [["source", "time_s", "mode"], ...rows].map((row) => row.join(",")).join("\n") + "\n";
+  }
+  const unit = panel.unit ? ` [${panel.unit}]` : "", rows = [["time_s", "line", `value${unit}`, "low", "high"]];
+  for (const line of panel.lines) {
+    const table = model.tables[line.table], column = table[line.column];
+    const low = line.band && table[line.column + "_low"], high = line.band && table[line.column + "_high"];
+    const name = line.style === "truth" ? `${line.name} truth` : line.name;
+    column.forEach((value, i) => {
+      rows.push([table.t[i], name, value, low ? low[i] : "", high ? high[i] : ""]);
+    });
+  }
+  return rows.map((row) => row.map((cell) => (cell === null ? "" : cell)).join(",")).join("\n") + "\n";
+}
+
 class Plots {
   constructor(model, onTime) {
     this.model = model;
@@ -121,6 +157,7 @@ class Plots {
     this.panels = model.panels.map((panel) => ({
       panel, div: document.querySelector(`.plot[data-panel="${panel.name}"]`),
     }));
+    this.marked = null;
     this.draw();
     for (const { div } of this.panels) {
       div.on("plotly_relayout", (event) => this.follow(event));
@@ -129,9 +166,11 @@ class Plots {
         if (Number.isFinite(at)) onTime(at);
       });
       div.on("plotly_afterplot", () => this.placeCursor());
-      const cursor = document.createElement("div");
-      cursor.className = "cursor";
-      div.append(cursor);
+      for (const name of ["cursor", "cursor mark-line"]) {
+        const line = document.createElement("div");
+        line.className = name;
+        div.append(line);
+      }
     }
   }
 
@@ -180,16 +219,27 @@ class Plots {
     this.placeCursor();
   }
 
+  // The time that a link leads to stays marked, wherever the cursor goes.
+  mark(t) {
+    this.marked = t;
+    this.placeCursor();
+  }
+
   placeCursor() {
-    const shown = this.time >= this.range[0] && this.time <= this.range[1];
     for (const { div } of this.panels) {
-      const cursor = div.querySelector(".cursor"), size = div._fullLayout && div._fullLayout._size;
-      if (!cursor || !size) continue;
-      const share = (this.time - this.range[0]) / (this.range[1] - this.range[0]);
-      Object.assign(cursor.style, {
-        display: shown ? "block" : "none", left: `${size.l + share * size.w}px`,
-        top: `${size.t}px`, height: `${size.h}px`,
-      });
+      this.placeLine(div, ".cursor:not(.mark-line)", this.time);
+      this.placeLine(div, ".mark-line", this.marked);
     }
+  }
+
+  placeLine(div, selector, t) {
+    const line = div.querySelector(selector), size = div._fullLayout && div._fullLayout._size;
+    if (!line || !size) return;
+    const shown = t !== null && t >= this.range[0] && t <= this.range[1];
+    const share = (t - this.range[0]) / (this.range[1] - this.range[0]);
+    Object.assign(line.style, {
+      display: shown ? "block" : "none", left: `${size.l + share * size.w}px`,
+      top: `${size.t}px`, height: `${size.h}px`,
+    });
   }
 }
