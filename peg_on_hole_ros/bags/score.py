@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, THREE_POINT, TWO_POINT, RecordedTruth
 from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.number_text import number
 from peg_on_hole_ros.records import CONTACTS, SIX_QUANTITIES
 
 # What goes below a table of errors, so that its numbers are read as they are meant.
@@ -17,8 +18,8 @@ TABLE_NOTES = (
     "of parts as they are bought, which a simulated truth does not have"
 )
 UNDETERMINED = (
-    "not determined (reactions_determined = 0): the wrench does not tell these reactions, as at "
-    "rest or near wedging; they are no part of the rows above"
+    "not determined (reactions_determined = 0): the wrench does not determine these reactions, "
+    "as at rest or near wedging; they are no part of the rows above"
 )
 
 
@@ -199,14 +200,15 @@ def score_table(score: Score) -> list[tuple[str, ...]]:
 
 def _row(errors, i, end, unstated=0):
     name = SIX_QUANTITIES[i]
-    label, unit = (name, "rad") if i < 3 else (f"N_{name}{end}", "N")
+    label, unit, factor = (name, "mrad", 1e3) if i < 3 else (f"N_{name}{end}", "N", 1.0)
     rmse, stddev, coverage = (
         column[name] for column in (errors.rmse(), errors.stddev(), errors.coverage95())
     )
     samples = str(errors.count[i] + unstated)
     if rmse is None:
         return label, unit, "-", "-", "-", samples
-    return label, unit, f"{rmse:.3g}", f"{stddev:.3g}", f"{coverage:.1%}", samples
+    sizes = number(factor * rmse), number(factor * stddev)
+    return label, unit, *sizes, f"{coverage:.1%}", samples
 
 
 def score_lines(score: Score) -> list[str]:

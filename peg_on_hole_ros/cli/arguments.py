@@ -314,7 +314,7 @@ def _inspect(commands):
     command.add_argument(
         "--observability",
         action="store_true",
-        help="run the filter, and say which parameters the motion tells of",
+        help="run the filter, and list which parameters the motion determines",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 

@@ -20,6 +20,7 @@ from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.replay.advice import InputOddities, apart, remedy, shifted
 from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
@@ -49,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
             told = observability_text.observe(bag, configuration, progress)
         result["observability"] = observability_text.content(told)
     if told and not arguments.json:
-        text = [_topics_text(as_printed(result)), "", "of these parameters the motion tells"]
+        text = [_topics_text(as_printed(result)), "", "parameters that the motion determines"]
         print("\n".join([*text, *(f"  {line}" for line in observability_text.lines(told))]))
         return _ended(bag, error)
     print(to_json(result) if arguments.json else _topics_text(as_printed(result)))
@@ -260,17 +261,21 @@ def _clock(clock):
     if not clock["stamps"]:
         return ["no stamps"]
     gaps = clock["gaps"]
-    longest = f", the longest {gaps['longest']:.6g} s" if gaps["longest"] is not None else ""
+    longest = (
+        f", the longest {quantity(gaps['longest'], 's')}" if gaps["longest"] is not None else ""
+    )
     lines = [
-        f"median period {clock['median_period'] * 1e3:.6g} ms" if clock["median_period"] else "",
-        f"gaps over {gaps['limit']:.3g} s: {gaps['count']}{longest}",
+        f"median period {quantity(clock['median_period'], 's', 4)}"
+        if clock["median_period"]
+        else "",
+        f"gaps over {quantity(gaps['limit'], 's')}: {gaps['count']}{longest}",
         f"stamps that go backwards: {clock['backwards']}, repeated: {clock['repeated']}",
     ]
     offset = clock["log_minus_stamp"]
     lines.append(
         "log time minus stamp: "
-        f"{offset['least'] * 1e3:.6g} to {offset['greatest'] * 1e3:.6g} ms, "
-        f"mean {offset['mean'] * 1e3:.6g} ms"
+        f"{number(offset['least'] * 1e3)} to {number(offset['greatest'] * 1e3)} ms, "
+        f"mean {number(offset['mean'] * 1e3)} ms"
     )
     if clock["trouble"]:
         lines += [f"trouble: {text}" for text in clock["trouble"]]

@@ -15,6 +15,7 @@ from peg_on_hole_ros.identification.observability import (
 )
 from peg_on_hole_ros.identification.quantities import CALIBRATED_QUANTITIES
 from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.number_text import number
 from peg_on_hole_ros.replay.late_messages import in_order
 from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
 
@@ -112,8 +113,8 @@ def lines(found: Observability) -> list[str]:
     """Return what a cell engineer reads."""
     if not found.seconds:
         nothing = (
-            "nothing: the contacts never surely slide on three points; the peg is not pressed on "
-            "the rim above gamma0, or hardly moves"
+            "nothing: no stretch in which all contacts slide on three points; the peg is not "
+            "pressed on the rim above gamma0, or hardly moves"
         )
         if not found.seen.any():
             return [nothing]
@@ -124,7 +125,7 @@ def lines(found: Observability) -> list[str]:
         f"{found.rank} of {len(PARAMETER_NAMES)} combinations, over {found.seconds:.2f} s in "
         f"which all contacts slide and {found.free:.2f} s in the air; the peg turned by "
         f"{degrees(found.turn):.0f} degrees about its axis, and its lean went "
-        f"round by {degrees(found.swing):.0f} degrees; best told over worst: {condition}"
+        f"round by {degrees(found.swing):.0f} degrees; condition number: {condition}"
     ]
     return text + [_line(found, i) for i in range(len(PARAMETER_NAMES))]
 
@@ -134,7 +135,7 @@ def _line(found, i):
     unit, factor = SHOWN.get(UNITS[name], (UNITS[name], 1.0))
 
     def size(value):
-        return f"{factor * value:.2g} {unit}".strip()
+        return f"{number(factor * value, 2)} {unit}".strip()
 
     if found.seen[i]:
         return f"{WORDS[name]}: seen, to {size(found.together[i])}; it can be estimated"
@@ -145,6 +146,6 @@ def _line(found, i):
         return f"{WORDS[name]}: not seen ({together} at best), it {moved} here; {remedy}"
     alike = f"looks like {WORDS[found.partner[i]]}" if found.partner[i] else "looks like others"
     return (
-        f"{WORDS[name]}: not told apart ({together} at best, {size(alone)} if the others were "
+        f"{WORDS[name]}: not determined ({together} at best, {size(alone)} if the others were "
         f"known), in this motion it {alike}; {remedy}"
     )

@@ -9,6 +9,7 @@ from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.identification.payload import Payload, find_payload
 from peg_on_hole_ros.identification.recording import Recording
+from peg_on_hole_ros.number_text import number, quantity
 
 # Of a normal distribution, 95 % on both sides.
 INTERVAL_STDDEVS = 1.96
@@ -74,7 +75,7 @@ def _rms(values):
 
 
 def _payload_text(found: Payload):
-    rows = [("payload_mass", f"{found.mass:.4g}", _spread(found.mass_stddev), "kg")]
+    rows = [("payload_mass", number(found.mass, 4), _spread(found.mass_stddev), "kg")]
     for name, values, spreads, unit in (
         ("payload_com", found.com, found.com_stddev, "m"),
         ("bias_force", found.bias[:3], found.bias_stddev[:3], "N"),
@@ -82,11 +83,12 @@ def _payload_text(found: Payload):
     ):
         for axis, value, spread in zip("xyz", values, spreads):
             if np.isfinite(value):
-                rows.append((f"{name} {axis}", f"{value:.4g}", _spread(spread), unit))
+                rows.append((f"{name} {axis}", number(value, 4), _spread(spread), unit))
     lines = [
         table(("", "likeliest", "95 % interval", "unit"), rows),
         "",
-        f"{found.poses} still poses; forces are left {found.left:.2g} N apart (root mean square)",
+        f"{found.poses} still poses; forces are left {quantity(found.left, 'N', 2)} apart (root "
+        "mean square)",
     ]
     if not np.isfinite(found.com).all():
         lines.append("no payload beside the peg is seen")
@@ -94,4 +96,4 @@ def _payload_text(found: Payload):
 
 
 def _spread(stddev):
-    return f"+- {INTERVAL_STDDEVS * stddev:.2g}"
+    return f"+- {number(INTERVAL_STDDEVS * stddev, 2)}"

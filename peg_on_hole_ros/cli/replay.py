@@ -36,6 +36,7 @@ from peg_on_hole_ros.messages.beside_estimates import LATCHED, PREFIX
 from peg_on_hole_ros.messages.transforms import STATIC_TRANSFORM_TOPIC
 from peg_on_hole_ros.messages.tries import json_line
 from peg_on_hole_ros.monitor.pose_only import MODES_OFF as UNJUDGED
+from peg_on_hole_ros.number_text import number
 from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
@@ -225,7 +226,7 @@ def _cycle_rows(cycles, begun):
 
 
 def _peak(normal):
-    return "-" if None in normal.values() else f"{max(normal.values()):.4g}"
+    return "-" if None in normal.values() else number(max(normal.values()))
 
 
 def _largest(normal, void):
@@ -233,7 +234,7 @@ def _largest(normal, void):
         return f"reactions: not told, as {void} (above)"
     if None in normal.values():
         return "largest reaction: none, as they were determined nowhere (reactions_determined)"
-    row = "largest reaction [N]", *(f"{n:.4g}" for n in normal.values())
+    row = "largest reaction [N]", *map(number, normal.values())
     return table(("", *normal), [row])
 
 
@@ -329,10 +330,10 @@ def _summary_text(result, score, doubts, remarks):
         f"{result['outputs']} outputs over {result['duration']:.3f} s, "
         f"{result['realtime_factor']:.1f} times real time",
     ]
+    # What is likely to be wrong, before what rests on it; topics and frames may have any name.
+    lines += map(printable, doubts)
     lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
     lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
-    # Topics and frames may have any name.
-    lines += map(printable, doubts)
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
     lines += [
         f"contact mode: {shares}",

@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+# Beginning of the text where another clearance fits.
+CLEARANCE_OFF = "the clearance is not the stated one: set hole_diameter - peg_diameter to"
+
 
 class Finding(NamedTuple):
     """
@@ -11,7 +14,8 @@ class Finding(NamedTuple):
     Attributes
     ----------
     text : str
-        What is wrong, what fits, and how that is known.
+        What is wrong, a colon, what to set or to do; then how that is known, behind `; with it`
+        or in further sentences. A report has what stands before the colon as its headline.
     found : dict of str to object
         Fields of WrenchInput with the values that fit; empty: there is no such setting.
     of : str

@@ -12,6 +12,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.tuned import HYPOTHESIS_PRIORS
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rotation_from_rpy, rpy_of
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.typed_record import Matrix3, Record, new
 
 _KN, _N_MM, _KN_M = (1e3, "kN"), (1e-3, "N mm"), (1e3, "kN m")
@@ -140,7 +141,7 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
     meaning = new(WrenchTransform)
     meaning.force_factor = meaning.torque_factor = 1.0
     for name, (factor, unit) in units.items():
-        settings.append(f"unit of the {name} read as {unit}")
+        settings.append(f"{_UNIT} the {name} read as {unit}")
         setattr(meaning, f"{name}_factor", factor)
     meaning.in_base_axes = options.base_rpy is not None
     meaning.weight_removed = options.gravity == "compensated"
@@ -154,21 +155,24 @@ def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
     return Hypothesis(options, tuple(settings), cost, meaning, mirror, bool(mirror) or turned)
 
 
-_WHY = {
-    "wrench.acts_on: robot": ": robot would fit, the sign of the wrench is reversed",
-    "wrench.acts_on: peg": ": peg would fit, the sign of the wrench is reversed",
-    "wrench.axes: base": ": its numbers are in the axes of the robot's base, whatever frame_id is",
-    "wrench.axes: sensor": ": its numbers are in the axes of the sensor, not of the base",
-    "wrench.gravity: compensated": ": the weight seems to be taken off already",
-    "wrench.gravity: measured": ": the weight does not seem to be taken off",
-    "unit of the force read as kN": ": the driver has to send N",
-    "unit of the torque read as N mm": ": the driver has to send N m",
-    **dict.fromkeys(
-        _LEFT_HANDED,
-        ": left-handed axes, which no setting mends: put the driver right, force and torque alike "
-        "(a wrong wrench.acts_on with a wrong sensor_rpy looks the same)",
-    ),
+_UNIT = "unit of"
+# What is wrong, by the first setting that would fit.
+_WHAT = {
+    "wrench.acts_on: robot": "the sign of the wrench is reversed",
+    "wrench.acts_on: peg": "the sign of the wrench is reversed",
+    "wrench.axes: base": "the wrench is in the axes of the robot's base, whatever frame_id is",
+    "wrench.axes: sensor": "the wrench is in the axes of the sensor, not of the base",
+    "wrench.gravity: compensated": "the weight seems to be taken off the wrench already",
+    "wrench.gravity: measured": "the weight does not seem to be taken off the wrench",
+    "unit of the force read as kN": "the force does not come in N",
+    "unit of the torque read as kN m": "the torque does not come in N m",
+    "unit of the torque read as N mm": "the torque does not come in N m",
+    **dict.fromkeys(_LEFT_HANDED, "the wrench is in left-handed axes, which no setting mends"),
 }
+_MIRRORED = (
+    "put the driver right, force and torque alike: {} (a wrong wrench.acts_on with a wrong "
+    "sensor_rpy looks the same)"
+)
 
 
 def finding_text(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
@@ -184,11 +188,19 @@ def finding_text(found: Hypothesis, before: float, after: float, alike: Sequence
         Other left-handed axes that are about as likely.
 
     """
-    why = _WHY.get(found.settings[0], "")
-    if not why and found.options.base_rpy is not None:
-        why = f": its numbers are in the axes of {found.options.axes}, whatever frame_id is"
+    what = _WHAT.get(found.settings[0], "")
+    if not what and found.options.base_rpy is not None:
+        what = f"the wrench is in the axes of {found.options.axes}, whatever frame_id is"
     settings = " or ".join([" and ".join(found.settings), *alike])
-    return f"with {settings} the forces balance to {after:.2g} N instead of {before:.2g} N{why}"
+    if found.mirrored:
+        remedy = _MIRRORED.format(settings)
+    elif any(setting.startswith(_UNIT) for setting in found.settings):
+        remedy = f"the driver has to send N and N m; {settings} fits"
+    else:
+        remedy = f"set {settings}"
+    balance = f"{quantity(after, 'N', 2)} instead of {quantity(before, 'N', 2)}"
+    what = what or "the axes of the wrench are not those that are stated"
+    return f"{what}: {remedy}; with it the forces balance to {balance}"
 
 
 def changed(stated: WrenchInput, found: Hypothesis) -> dict[str, object]:

@@ -11,6 +11,7 @@ from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.mechanics.linear_algebra import FORCE, TORQUE
 from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.monitor.states import MODES, Mode
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.records import WrenchSample
 
 FREE = Mode.OPEN.name.lower()
@@ -81,8 +82,9 @@ def _not_still(outputs, processor):
     spread = rates_stddev(outputs)
     if not spread < TARE.most_rates_stddev:
         return (
-            f"too few joint states show that it is still: it may turn at {spread:.2g} rad/s, "
-            f"{TARE.most_rates_stddev:g} is needed"
+            "too few joint states show that it is still: it may turn at "
+            f"{quantity(spread, 'rad/s', 2)}, {quantity(TARE.most_rates_stddev, 'rad/s')} is "
+            "needed"
         )
     return ""
 
@@ -105,11 +107,11 @@ def _not_its_weight(samples, processor, payload_unknown):
             worst, away = shares.max(), reduction.sign * off[shares.argmax()]
     if worst <= 1.0:
         return ""
-    force, torque = (", ".join(f"{x:.3g}" for x in each) for each in (away[:3], away[3:]))
+    force, torque = (", ".join(number(x) for x in each) for each in (away[:3], away[3:]))
     return (
         f"the sensor reads [{force}] N, [{torque}] N m beside the weight and the zero that is "
-        f"stated, where {limits[FORCE]:.3g} N and {limits[TORQUE]:.3g} N m are plausible "
-        "(wrench.bias_force_stddev, wrench.bias_torque_stddev)"
+        f"stated, where {quantity(limits[FORCE], 'N')} and {quantity(limits[TORQUE], 'N m')} are "
+        "plausible (wrench.bias_force_stddev, wrench.bias_torque_stddev)"
     )
 
 
@@ -150,7 +152,7 @@ def why_turning(outputs: OutputView, configuration: Configuration) -> str:
     """Return what shows that the peg turns, or nothing."""
     speed, stddev = turning_speed(outputs)
     if speed - TARE.significance * stddev > configuration.monitor.rest_rate:
-        return f"the peg turns at {speed:.3g} rad/s, contact mode {outputs.contact_mode}"
+        return f"the peg turns at {quantity(speed, 'rad/s')}, contact mode {outputs.contact_mode}"
     return ""
 
 

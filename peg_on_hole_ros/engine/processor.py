@@ -26,6 +26,7 @@ from peg_on_hole_ros.monitor.pose_only import MODES_OFF
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.monitor.way_in import NOT_TOLD, may_be_plate
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of
 
@@ -233,8 +234,9 @@ class Processor:
             return ""
         noise = self.engine.progress.noise
         return (
-            f"joints.position_stddev: the noise of joint states is {noise:.1f} times the "
-            f"stated one, {noise * stated:.2g} rad for {stated:g} rad: used as found"
+            f"joints.position_stddev: the noise of joint states is {noise:.1f} times the stated "
+            f"one, {quantity(noise * stated, 'rad', 2)} for {quantity(stated, 'rad')}: used as "
+            "found"
         )
 
     def causes(self, joints_explained: bool = False) -> list[str]:

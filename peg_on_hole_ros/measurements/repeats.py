@@ -4,6 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.typed_record import Floats, Record, new
 
 
@@ -129,6 +130,6 @@ def describe(memory: Repeats) -> str:
         return ""
     return (
         f"values repeat: each comes {memory.most_length} times in a row, new ones at "
-        f"{memory.rate:.3g} Hz, as where a driver holds those of a slower sensor; they count as "
-        "one"
+        f"{quantity(memory.rate, 'Hz')}, as where a driver holds those of a slower sensor; they "
+        "count as one"
     )

@@ -12,8 +12,8 @@ from peg_on_hole_ros.typed_record import Record
 
 NOT_TOLD = (
     "contact mode: a peg that came from the air stands below gamma0 on what may be a plate beside "
-    "the hole, the cone of a chamfer or the bottom of the hole: unknown until it slips in, or the "
-    "place tells (joints.hole_xyz_stddev, with joints.source: robot)"
+    "the hole, the cone of a chamfer or the bottom of the hole: unknown until it slips in, or its "
+    "place decides (joints.hole_xyz_stddev, with joints.source: robot)"
 )
 
 

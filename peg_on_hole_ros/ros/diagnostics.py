@@ -33,10 +33,11 @@ _TOO_SLOW = (
     "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
 )
 _NOT_SERVED = (
-    "messages were lost though the node had little to do with them: other programs take the "
-    "processor from it; leave it a core of its own (taskset, chrt), stop what else runs, or state "
-    "a larger qos_depth"
+    "other programs take the processor from the node: messages were lost though it had little to "
+    "do with them; leave it a core of its own (taskset, chrt), stop what else runs, or state a "
+    "larger qos_depth"
 )
+_BUSY_FOR = "{} (the node was busy for {} % of the time)"
 _NOT_ALONE = (
     "{} publish on the topics of this node: another of its name, or a bag of its outputs that is "
     "played; end one, or rename one (-r __node:=NAME, -r __ns:=/NAMESPACE)"
@@ -159,14 +160,14 @@ class Diagnostics:
         ]
         for each in status:
             each["name"] = f"{self._name}: {each['name']}"
-        loaded = [f"load {load:.2g}: {slow}"] if slow else []
-        told = [*joined, *unheard, *self._new_causes([*loaded, *causes, *failed_looks])]
+        loaded = [_BUSY_FOR.format(slow, round(100 * load))] if slow else []
+        found = [*joined, *unheard, *self._new_causes([*causes, *loaded, *failed_looks])]
         came = sum(self._received.values())
         counted = self._count_lines.take(new, came, elapsed_ns * 1e-9)
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
-        return {"header": header(t_ns), "status": status}, [*counted, *told]
+        return {"header": header(t_ns), "status": status}, [*found, *counted]
 
     def rest(self, counts: dict[str, int]) -> list[str]:
         """Return lines to log of what came after the last report, where no other will follow."""

@@ -68,4 +68,7 @@ class CountLines:
 
 
 def _lines(counts):
-    return [f"{name.replace('_', ' ')}: {count} times" for name, count in counts.items()]
+    return [
+        f"{name.replace('_', ' ')}: {count} time{'' if count == 1 else 's'}"
+        for name, count in counts.items()
+    ]

@@ -68,13 +68,13 @@ def said(*causes, code=0, withheld=False, covered=0.96):
 def test_what_came_out_is_judged(cell):
     right = cell.parameters
     size = 1e3 * (right["scene.hole_diameter"] - right["scene.peg_diameter"])
-    line = "scene: with hole_diameter - peg_diameter of {:.3f} mm the path fits"
+    line = "scene: the clearance is off: set hole_diameter - peg_diameter to {:.3f} mm; with it"
     for found, kind, of in (
         ("quiet", RIGHT, said()),
-        ("false cause", RIGHT, said("wrench: with wrench.axes: base")),
-        ("named", "sign", said("wrench: with wrench.acts_on: robot")),
-        ("withheld", "sign", said("joints: with joints.delay: 0.01", withheld=True)),
-        ("false cause", "sign", said("joints: with joints.delay: 0.01")),
+        ("false cause", RIGHT, said("wrench: set wrench.axes: base")),
+        ("named", "sign", said("wrench: set wrench.acts_on: robot")),
+        ("withheld", "sign", said("joints: set joints.delay: 0.01", withheld=True)),
+        ("false cause", "sign", said("joints: set joints.delay: 0.01")),
         ("refused", "diameters_in_mm", said("peg-on-hole: error: units", code=2)),
         ("exit code", "diameters_in_mm", said()),
         ("named", "clearance_2.5_times", said(line.format(size))),

@@ -158,4 +158,4 @@ def test_numbers_in_the_base_under_a_frame_of_the_tool_are_found(tmp_path, capsy
     config.write_text(text, encoding="utf-8")
     bag = ROOT / "bags" / "cell_ur_like_base.mcap"
     assert main(["replay", str(bag), "--config", str(config)]) == 0
-    assert "with wrench.axes: base the forces balance" in capsys.readouterr().out
+    assert "set wrench.axes: base; with it the forces balance" in capsys.readouterr().out

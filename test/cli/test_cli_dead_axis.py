@@ -129,8 +129,11 @@ def test_left_handed_axes_are_named_and_nothing_adopted(name, path, tmp_path, ca
         assert not causes(text) and content["messages"]["events"]["innovations_too_large"] > 100
         return
     (cause,) = causes(text)
-    assert cause.startswith(f"wrench: with {name} the forces balance to ")
-    assert "no setting mends: put the driver right" in cause and "used in place" not in cause
+    assert cause.startswith(
+        "wrench: the wrench is in left-handed axes, which no setting mends: put the driver right, "
+        f"force and torque alike: {name} ("
+    )
+    assert "; with it the forces balance to " in cause and "used in place" not in cause
     assert "setting_adopted" not in content["messages"]["events"] and content["reactions_void"]
 
 
@@ -147,4 +150,4 @@ def test_left_handed_axes_of_the_base_are_named_as_well(tmp_path, capsys):
     replayed(tmp_path, capsys, BAGS[1], change)
     assert main(["replay", str(tmp_path / "a.mcap"), "--config", str(settings)]) == 0
     (cause,) = causes(capsys.readouterr().out)
-    assert cause.startswith("wrench: with the x axis mirrored") and "used in place" not in cause
+    assert "alike: the x axis mirrored (" in cause and "used in place" not in cause

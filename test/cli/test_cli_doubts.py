@@ -355,8 +355,10 @@ def test_a_few_that_are_not_used_are_told_where_none_should_be(sliding, tmp_path
 def test_forces_in_kilonewtons_are_told(sliding, tmp_path, capsys):
     told = replayed_in_units(sliding, tmp_path, capsys, 1e-3, 1.0)
     # By its noise, before any wrench of it is weighed.
-    assert "\nwrench: with unit of the force read as kN noise would be as stated" in told
-    assert "a wrench in kN (units are N, N m)" in told
+    assert (
+        "\nwrench: the wrench seems to come in kN: the driver has to send N and N m; with" in told
+    )
+    assert "with unit of the force read as kN the noise is as stated" in told
 
 
 def replayed_in_units(sliding, folder, capsys, force_unit, torque_unit, *options):
@@ -385,7 +387,7 @@ def test_of_a_wrench_in_another_unit_no_reaction_is_told(sliding, tmp_path, caps
     to = "--summary", summary, "--report", report
     told = replayed_in_units(sliding, tmp_path, capsys, force, torque, *to)
     assert reactions_in(told) == [NOT_TOLD]
-    assert "not told by the last motion" not in told
+    assert "settings that this motion cannot determine" not in told
     content, nothing = json.loads(summary.read_text()), dict.fromkeys(("K", "B1", "B2"))
     check(content, SCHEMA)
     assert content["reactions_void"] and content["max_normal"] == nothing
@@ -409,7 +411,11 @@ def test_a_wrong_sign_is_told(sliding, tmp_path, capsys):
     wrong = config(tmp_path, "wrench: {acts_on: robot}")
     assert main(["replay", str(sliding), "--config", str(wrong)]) == 0
     told = capsys.readouterr().out
-    assert "\nwrench: with wrench.acts_on: peg the forces balance to 0.2" in told
+    assert (
+        "\nwrench: the sign of the wrench is reversed: set wrench.acts_on: peg; with it the"
+        in told
+    )
+    assert "the forces balance to 0.2" in told
     # Guesses are for where nothing is found.
     assert "check wrench.acts_on" not in told and "check sensor_xyz" not in told
 
@@ -428,8 +434,8 @@ def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
     wrong = changed(sliding, tmp_path / "b.mcap", wrench_of=slipped)
     assert main(["replay", str(wrong)]) == 0
     told = capsys.readouterr().out
-    assert "\nwrench: with unit of the torque read as N mm the forces balance to 0.2" in told
-    assert "the driver has to send N m\n" in told
+    assert "\nwrench: the torque does not come in N m: the driver has to send N and N m; " in told
+    assert "unit of the torque read as N mm fits; with it the forces balance to 0.2" in told
     assert "check sensor_xyz" not in told
 
 
@@ -498,7 +504,7 @@ def test_a_wrench_in_another_unit_is_told_by_its_noise(tmp_path, capsys, force, 
     lines = [line for line in capsys.readouterr().out.splitlines() if "the noise of the" in line]
     assert [line.split("the noise of the ")[1].split()[0] for line in lines] == told
     for line in lines:
-        assert "a wrench in kN" in line and "whose reactions mean nothing here" in line
+        assert "seems to come in kN" in line and "and reactions mean nothing" in line
 
 
 def upright(i):

@@ -95,7 +95,7 @@ def test_a_hole_that_leans_is_named(count):
     for seed in range(count):
         name, turn = CELLS[(0, 2, 2)[seed % 3]], drawn(seed)
         said = hints(name, turn)
-        if said and said[0].startswith("joints: with joints.hole_rpy: ["):
+        if said and said[0].startswith("joints: the hole leans by "):
             rpy = [float(x) for x in said[0].split("[")[1].split("]")[0].split(",")]
             true = Rotation.from_euler("xyz", cell(name)[1].joints.hole_rpy)
             # Turning about its own axis changes nothing of a hole.
@@ -112,7 +112,7 @@ def test_a_clearance_that_is_off_by_a_factor_is_named(count):
         factor = 2.0 ** (rng.uniform(1.0, 2.0) * (-1 if k % 2 else 1))
         said = hints(CELLS[(0, 2, 2)[k % 3]], clearance=factor)
         if said and said[0].startswith("scene: "):
-            size = float(said[0].split("peg_diameter of ")[1].split(" mm")[0])
+            size = float(said[0].split("peg_diameter to ")[1].split(" mm")[0])
             right += abs(size - 0.2) < 0.05
     assert right >= 0.9 * count
 
@@ -130,10 +130,10 @@ WIDTHS = {
 def test_diameters_of_chamfers_are_named(name, widths):
     """0.2 mm of clearance, stated as 0.8 to 4.2 mm: the path tells it, and what may be meant."""
     said = hints(name, chamfers=WIDTHS[widths])
-    assert said[0].startswith("scene: with hole_diameter - peg_diameter of ")
+    assert said[0].startswith("scene: the clearance is not the stated one: set hole_di")
     assert said[0].endswith("those of chamfers? They have to be of bore and shank")
     # As in the test above, by another diameter, too.
-    size = float(said[0].split("peg_diameter of ")[1].split(" mm")[0])
+    size = float(said[0].split("peg_diameter to ")[1].split(" mm")[0])
     assert size == pytest.approx(0.2, abs=0.05)
 
 

@@ -138,7 +138,7 @@ def test_a_sensor_that_is_zeroed_in_free_air_is_tared_there(automatically):
 def test_what_is_found_may_be_told_alone():
     parameters = {"wrench.adopt_found": False}
     outputs, (_, text), line = played(zeroed(samples(CYCLE, 3.4, 4.6), 0.5), parameters)
-    assert "no contact is told until then" in text
+    assert "the contact mode is unknown until then" in text
     assert modes(outputs, 0.53, 1.2) <= {"unknown", "open"}
     assert np.all(line.processor.reduction.taken_off == 0.0)
 

@@ -122,7 +122,7 @@ def test_what_looks_alike_is_named_and_what_moves_nothing_too():
     assert np.isinf(found.alone[PARAMETER_NAMES.index("bias_torque_x")])
     text = "\n".join(observability_text.lines(found))
     assert "8 of 10 combinations" in text and "turned by 29 degrees" in text
-    assert "force bias along x: not told apart" in text
+    assert "force bias along x: not determined" in text
     assert "looks like torque bias about y; turn the peg about its axis by 90 degrees" in text
     assert "torque bias about x: not seen" in text and "moves nothing that is measured" in text
     assert "friction: seen, to 0.001; it can be estimated" in text
@@ -131,7 +131,7 @@ def test_what_looks_alike_is_named_and_what_moves_nothing_too():
 def test_nothing_is_told_where_nothing_slides():
     found = observability(np.zeros((10, 10)), 1e-4)
     assert not found.seen.any() and found.rank == 0
-    assert "never surely slide" in observability_text.lines(found)[0]
+    assert "no stretch in which all contacts slide" in observability_text.lines(found)[0]
 
 
 @pytest.mark.nightly
@@ -153,7 +153,7 @@ def test_inspect_says_it(capsys):
     asked = ["inspect", str(BAG), "--config", str(CONFIG), "--observability"]
     assert main(asked) == 0
     text = capsys.readouterr().out
-    assert "force bias along x: not told apart" in text and "friction: seen" in text
+    assert "force bias along x: not determined" in text and "friction: seen" in text
     assert main([*asked, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["observability"]
     assert told["of"] == 10 and 6 <= told["rank"] < 10
@@ -168,7 +168,11 @@ def test_a_peg_that_hangs_free_tells_a_bias():
     assert 1.0 < told.free < 1.2 and not told.seconds
     assert not told.seen[[0, 1, 8, 9]].any() and told.seen[2:8].all()
     text = observability_text.lines(told)
-    assert "never surely slide" in text[0] and "s in the air" in text[0] and len(text) == 7
+    assert (
+        "no stretch in which all contacts slide" in text[0]
+        and "s in the air" in text[0]
+        and len(text) == 7
+    )
     assert text[1].startswith("force bias along x: seen, to ")
 
 

@@ -59,4 +59,9 @@ def test_a_sign_that_is_stated_wrong_is_named_with_what_to_state():
         rclpy.shutdown()
     told = [line for line in lines if line.startswith("wrench: ")]
     assert len(told) == 1
-    assert re.match(r"wrench: with wrench\.acts_on: peg the forces balance to .* N", told[0])
+    # What is wrong, what to set, and how that is known.
+    assert re.match(
+        r"wrench: the sign of the wrench is reversed: set wrench\.acts_on: peg; "
+        r"with it the forces balance to .* N",
+        told[0],
+    )

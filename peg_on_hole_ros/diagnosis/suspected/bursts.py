@@ -5,6 +5,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import BURSTS_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class Bursts(Suspect):
@@ -78,8 +79,9 @@ class Bursts(Suspect):
 
     def _said(self, size, within, period):
         return (
-            f"wrenches come in bursts: on {self._topic} {size} within {within:.2g} ms, every "
-            f"{period:.3g} ms, so that their stamps are those of their arrival: the latency timer "
-            "of a USB adapter is a likely cause (set it to 1 ms), or a driver that reads what has "
-            "gathered; have each stamped when it is measured. Meanwhile no reactions are told"
+            f"wrenches come in bursts: on {self._topic} {size} within {number(within, 2)} ms, "
+            f"every {number(period)} ms, so that their stamps are those of their arrival: the "
+            "latency timer of a USB adapter is a likely cause (set it to 1 ms), or a driver "
+            "that reads what has gathered; have each stamped when it is measured. Meanwhile "
+            "reactions are withheld"
         )

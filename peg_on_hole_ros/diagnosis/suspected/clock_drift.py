@@ -6,6 +6,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.leads import Leads
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import CLOCK_DRIFT_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class ClockDrift(Suspect):
@@ -101,8 +102,8 @@ class ClockDrift(Suspect):
         joints, wrench = self._topics
         return (
             f"the clock of {joints} drifts: it goes {abs(slope) * 1e6:.0f} ppm "
-            f"{'fast' if slope > 0 else 'slow'} beside that of {wrench}, {apart * 1e3:.2g} ms in "
-            f"{seconds:.2g} s, so that no constant joints.delay fits: synchronise the clocks of "
-            "both drivers (NTP or PTP), or let one machine stamp both. Meanwhile no reactions are "
-            "told"
+            f"{'fast' if slope > 0 else 'slow'} beside that of {wrench}, "
+            f"{number(apart * 1e3, 2)} ms in {number(seconds, 2)} s, so that no constant "
+            "joints.delay fits: synchronise the clocks of both drivers (NTP or PTP), or let one "
+            "machine stamp both. Meanwhile reactions are withheld"
         )

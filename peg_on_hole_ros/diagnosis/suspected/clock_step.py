@@ -8,6 +8,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.leads import Leads
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import CLOCK_STEP_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class _Jump(NamedTuple):
@@ -178,8 +179,8 @@ class ClockStep(Suspect):
     def _said(self, of_wrench, jump):
         return (
             f"the clock of {self._topics[of_wrench]} was set {_by(jump)} at {self._since(jump)}, "
-            f"and that of {self._topics[not of_wrench]} was not: while they are apart no "
-            "reactions are told. Let clocks be slewed, or set before the drivers start"
+            f"and that of {self._topics[not of_wrench]} was not: while they are apart "
+            "reactions are withheld. Let clocks be slewed, or set before the drivers start"
         )
 
     def _said_of_both(self, jump):
@@ -191,4 +192,6 @@ class ClockStep(Suspect):
 
 
 def _by(jump):
-    return f"{'forward' if jump.size_ns > 0 else 'back'} by {abs(jump.size_ns) * 1e-9:.4g} s"
+    return (
+        f"{'forward' if jump.size_ns > 0 else 'back'} by {number(abs(jump.size_ns) * 1e-9, 4)} s"
+    )

@@ -8,6 +8,7 @@ from peg_on_hole_ros.diagnosis.encoder_step import encoder_steps
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import COARSE_JOINTS_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class CoarseJoints(Suspect):
@@ -91,9 +92,9 @@ class CoarseJoints(Suspect):
     def _said(self, step, name):
         fits = sqrt(self._stddev * self._stddev + step * step / 12.0)
         return (
-            f"joint states come in steps of {step:.3g} rad ({step * 180.0 / pi:.2g} degrees) on "
-            f"{self._topic}, at {name}, which is wider than joints.position_stddev: coarse "
-            "encoders, or a driver that rounds: have it send all digits, or state "
-            f"joints.position_stddev: {fits:.2g}. Until then orientations are taken as that "
-            "noisy, and no reactions are told"
+            f"joint states come in steps of {number(step)} rad "
+            f"({number(step * 180.0 / pi, 2)} degrees) on {self._topic}, at {name}, which is "
+            "wider than joints.position_stddev: coarse encoders, or a driver that rounds: have "
+            f"it send all digits, or state joints.position_stddev: {number(fits, 2)}. Until then "
+            "orientations are taken as that noisy, and reactions are withheld"
         )

@@ -5,6 +5,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import DEAD_COMPONENT_TEST
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import WRENCH_COMPONENTS
 
 
@@ -64,7 +65,7 @@ class DeadComponent(Suspect):
         if self.hides and not self._dead and (dead := self._staying(DEAD_COMPONENT_TEST.reported)):
             self._dead = {i: now[i] for i in dead}
             which = " and ".join(
-                f"{WRENCH_COMPONENTS[i]} stays at {now[i]:.4g} {'N' if i < 3 else 'N m'}"
+                f"{WRENCH_COMPONENTS[i]} stays at {quantity(now[i], 'N' if i < 3 else 'N m')}"
                 for i in dead
             )
             self.finding = Finding(

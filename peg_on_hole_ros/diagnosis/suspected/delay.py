@@ -26,6 +26,7 @@ from peg_on_hole_ros.identification.recording import Recording, slow_slip
 from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS, SCORING
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import AngleMeasurement
 
 # Coordinates of what else may be off, in the order of `unobservable.KINDS`.
@@ -300,11 +301,15 @@ class Delay(Suspect):
 
     def _said(self, found, gain):
         late, other = ("wrenches", "joint states") if found < 0 else ("joint states", "wrenches")
-        filtered = f", or behind a low-pass of {0.5 / pi / -found:.2g} Hz" if found < 0 else ""
+        filtered = (
+            f", or behind a low-pass of {quantity(0.5 / pi / -found, 'Hz', 2)}"
+            if found < 0
+            else ""
+        )
         return Finding(
-            f"with joints.delay: {round(self._stated + found, 3):g} what slides is "
-            f"e^{gain:.0f} times likelier: {late} come some {1e3 * abs(found):.0f} ms behind "
-            f"{other} of the same moment{filtered}",
+            f"{late} come some {1e3 * abs(found):.0f} ms behind {other} of the same "
+            f"moment{filtered}: set joints.delay: {round(self._stated + found, 3):g}; with it "
+            f"what slides is e^{gain:.0f} times likelier",
             {},
             hint=True,
         )

@@ -8,6 +8,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import FREE_AIR_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.records import WrenchSample
 
 
@@ -106,14 +107,15 @@ class FreeAir(Suspect):
         if not any(off) or not self._surely_free(off):
             return
         sign = self._reduction.sign
-        shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
-        turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
+        shown = ", ".join(number(sign * x, 2) for x in mean[:3])
+        turned = ", ".join(number(sign * x, 2) for x in mean[3:])
         gravity_S = self._reduction.gravity_in_sensor(q, self._gravity_H)
         pull, gravity = -float(mean[:3] @ gravity_S), float(np.linalg.norm(gravity_S))
         if off[0] and abs(pull) > FREE_AIR_TEST.along * force * gravity:
             text = (
-                f"wrench.payload_mass: a free peg weighs {pull / gravity**2:.2g} kg more than is "
-                f"stated, or the zero is off by [{shown}] N: tare it, or calibrate --payload"
+                f"wrench.payload_mass: a free peg weighs {quantity(pull / gravity**2, 'kg', 2)} "
+                f"more than is stated, or the zero is off by [{shown}] N: tare it, or calibrate "
+                "--payload"
             )
         elif off[0]:
             text = (
@@ -156,8 +158,9 @@ class FreeAir(Suspect):
         if not pull > max(least, FREE_AIR_TEST.along * hypot(*mean)):
             return False
         self.finding = Finding(
-            f"wrench.payload_mass: a peg that turns in the air weighs {pull / gravity:.2g} kg "
-            "more than is stated: state it, or calibrate --payload",
+            "wrench.payload_mass: a peg that turns in the air weighs "
+            f"{quantity(pull / gravity, 'kg', 2)} more than is stated: state it, or calibrate "
+            "--payload",
             {},
         )
         return True

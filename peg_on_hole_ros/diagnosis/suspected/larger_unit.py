@@ -7,6 +7,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LARGER_UNIT_TEST
+from peg_on_hole_ros.number_text import quantity
 
 # Median of the length of a step of three components of unit noise: sqrt(2 * 2.37).
 _STEP = sqrt(4.73)
@@ -82,10 +83,11 @@ class LargerUnit(Suspect):
         unit, stated = _PARTS[name][0], self._stated[name]
         units = (f"unit of the {each} read as k{_PARTS[each][0]}" for each in self._small)
         return Finding(
-            f"with {' and '.join(units)} noise would be as stated: the noise of the {name} is "
-            f"{noise:.2g} {unit}, {stated / noise:.0f} times less than wrench.{name}_stddev = "
-            f"{stated:g} {unit}: a wrench in k{unit} (units are N, N m), whose reactions mean "
-            "nothing here, or noise stated far wrong",
+            f"the wrench seems to come in k{unit}: the driver has to send N and N m; with "
+            f"{' and '.join(units)} the noise is as stated. Now the noise of the {name} is "
+            f"{quantity(noise, unit, 2)}, {stated / noise:.0f} times less than "
+            f"wrench.{name}_stddev = {quantity(stated, unit)}, and reactions mean nothing; noise "
+            "that is stated far wrong looks the same",
             {},
             voids=True,
         )

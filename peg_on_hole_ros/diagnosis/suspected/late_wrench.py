@@ -7,6 +7,7 @@ import numpy as np
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import LATE_WRENCH_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class _Again:
@@ -144,8 +145,9 @@ class LateWrench(Suspect):
     def _said(self):
         ago, since = self._wrenches.ago_ns, self._wrenches.since_ns - (self._begun_ns or 0)
         return (
-            f"wrenches come late, by {ago * 1e-9:.3g} s: from {since * 1e-9:.3f} s on those of "
-            f"{ago * 1e-9:.3g} s before come once more under fresh stamps, bit for bit: a driver "
-            "or a bridge that hands on what it has kept; what follows is as late. Until a motion "
-            "fits them again no contact and no reactions are told"
+            f"wrenches come late, by {number(ago * 1e-9)} s: from {since * 1e-9:.3f} s on "
+            f"those of {number(ago * 1e-9)} s before come once more under fresh stamps, bit "
+            "for bit: a driver or a bridge that hands on what it has kept; what follows is as "
+            "late. Until a motion fits them again the contact mode is unknown and reactions are "
+            "withheld"
         )

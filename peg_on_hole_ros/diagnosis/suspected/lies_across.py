@@ -61,9 +61,10 @@ class LiesAcross(Suspect):
         stands = float(np.degrees(np.arccos(np.clip(axes[2] @ best[:, 2], -1.0, 1.0))))
         rpy = listed(rpy_of(rotation_from_rpy(self._peg_rpy) @ best), 4)
         return Finding(
-            f"with joints.peg_rpy: {rpy} the peg leans by {stands:.0f} degrees in the hole "
-            f"instead of {np.degrees(q[0]):.0f}, with which it lies across: its z has to point up "
-            "the peg's axis, away from its lower end; or joints.hole_rpy is wrong",
+            f"the peg lies across the hole, by {np.degrees(q[0]):.0f} degrees: set "
+            f"joints.peg_rpy: {rpy}, with which it leans by {stands:.0f} degrees. Its z has to "
+            "point up the peg's axis, away from its lower end; a wrong joints.hole_rpy looks "
+            "the same",
             {},
             "joints",
             voids=True,

@@ -9,6 +9,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
 from peg_on_hole_ros.identification.low_pass import NoiseOfNeighbours
 from peg_on_hole_ros.identification.tuned import LOW_PASS_TEST
+from peg_on_hole_ros.number_text import number, quantity
 
 
 class LowPass(Suspect):
@@ -65,7 +66,8 @@ class LowPass(Suspect):
         pole = self._noise.pole
         wider = sqrt((1.0 + pole) / (1.0 - pole))
         return (
-            f"low-pass: the noise of neighbouring wrenches is alike, as behind a filter of about "
-            f"{self._noise.cutoff:.2g} Hz: turn the driver's filter off, or state "
-            f"wrench.low_pass, and force_stddev and torque_stddev {wider:.2g} times as large"
+            "low-pass: the noise of neighbouring wrenches is alike, as behind a filter of about "
+            f"{quantity(self._noise.cutoff, 'Hz', 2)}: turn the driver's filter off, or state "
+            f"wrench.low_pass, and force_stddev and torque_stddev {number(wider, 2)} times as "
+            "large"
         )

@@ -9,12 +9,13 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis import setting_fit
-from peg_on_hole_ros.diagnosis.finding import Finding, listed
+from peg_on_hole_ros.diagnosis.finding import CLEARANCE_OFF, Finding, listed
 from peg_on_hole_ros.diagnosis.setting_fit import Cycle, Fit, SettingFit
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import SETTING_FIT_TEST
 from peg_on_hole_ros.identification.recording import slow_slip
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of, tilt_axes
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.typed_record import Floats
 
 MAY_BE = (
@@ -59,8 +60,9 @@ class Kind(NamedTuple):
 def _gravity(configuration, x):
     measured = configuration.wrench.gravity == "compensated"
     value = "measured" if measured else "compensated"
-    why = "is not taken off" if measured else "is taken off already"
-    return Finding(f"with wrench.gravity: {value} {{fits}}: the weight {why}", {"gravity": value})
+    what = "is not taken off the wrench" if measured else "is taken off the wrench already"
+    text = f"the weight {what}: set wrench.gravity: {value}; {{fits}}"
+    return Finding(text, {"gravity": value})
 
 
 def _mass(configuration, x):
@@ -72,24 +74,23 @@ def _mass(configuration, x):
     centre, R_PS = np.array([0.0, 0.0, scene.mass_center_height]), _sensor(wrench)
     place = centre + moment / more
     payload = np.array(wrench.sensor_xyz) + R_PS @ np.array(wrench.payload_com)
-    what = f"{abs(more):.3g} kg {'more' if more > 0 else 'less'} than is stated"
+    what = f"{quantity(abs(more), 'kg')} {'more' if more > 0 else 'less'} than is stated"
     near = SETTING_FIT_TEST.near_mass
     sums, its = scene.peg_mass + more, ""
     if np.linalg.norm(place - centre) < near and sums > 0.0:
-        its = f"with scene.peg_mass: {sums:.3g} {{fits}}, or another wrench.payload_mass does"
+        its = f"set scene.peg_mass: {number(sums)}, or another wrench.payload_mass"
     elif wrench.payload_mass > 0.0 and np.linalg.norm(place - payload) < near:
-        its = f"with wrench.payload_mass: {max(wrench.payload_mass + more, 0.0):.3g} {{fits}}"
+        its = f"set wrench.payload_mass: {number(max(wrench.payload_mass + more, 0.0))}"
     else:
         mass = wrench.payload_mass + more
         if mass < SETTING_FIT_TEST.least_mass:
-            its = "with another scene.peg_mass or wrench.payload_mass {fits}"
+            its = "set another scene.peg_mass or wrench.payload_mass"
         else:
             both = (wrench.payload_mass * payload + more * place) / mass
             com = R_PS.T @ (both - np.array(wrench.sensor_xyz))
-            its = f"with wrench.payload_mass: {mass:.3g} and payload_com: {listed(com, 4)} "
-            its += "{fits}"
-            its += ", or with another scene.peg_mass"
-    return Finding(f"{its}: below the sensor hangs {what}", {})
+            its = f"set wrench.payload_mass: {number(mass)} and payload_com: {listed(com, 4)}"
+            its += ", or another scene.peg_mass"
+    return Finding(f"below the sensor hangs {what}: {its}; {{fits}}", {})
 
 
 def _place(configuration, x):
@@ -97,7 +98,10 @@ def _place(configuration, x):
     if np.linalg.norm(moved) < SETTING_FIT_TEST.least_place:
         return None
     found = np.array(configuration.wrench.sensor_xyz) + moved
-    return Finding(f"with wrench.sensor_xyz: {listed(found, 4)} {{fits}}", {})
+    what = (
+        f"the sensor is {quantity(float(np.linalg.norm(moved)), 'm', 2)} from where it is stated"
+    )
+    return Finding(f"{what}: set wrench.sensor_xyz: {listed(found, 4)}; {{fits}}", {})
 
 
 def _hole(configuration, x):
@@ -106,8 +110,8 @@ def _hole(configuration, x):
         return None
     rpy = rpy_of(rotation_from_rpy(configuration.joints.hole_rpy) @ tilt_axes(turn))
     return Finding(
-        f"with joints.hole_rpy: {listed(rpy, 4)} {{fits}}: the hole leans by "
-        f"{np.degrees(np.hypot(*turn)):.1f} degrees from where it is stated",
+        f"the hole leans by {np.degrees(np.hypot(*turn)):.1f} degrees from where it is stated: "
+        f"set joints.hole_rpy: {listed(rpy, 4)}; {{fits}}",
         {},
         "joints",
     )
@@ -119,10 +123,10 @@ def _peg(configuration, x):
         return None
     rpy = rpy_of(rotation_from_rpy(configuration.joints.peg_rpy) @ tilt_axes(turn))
     robot = configuration.joints.source == "robot"
-    what = f"joints.peg_rpy: {listed(rpy, 4)}" if robot else "the peg's axis elsewhere"
+    what = f"set joints.peg_rpy: {listed(rpy, 4)}" if robot else "state the peg's axis elsewhere"
     return Finding(
-        f"with {what} {{fits}}: the peg leans by {np.degrees(np.hypot(*turn)):.1f} degrees from "
-        "where it is stated, by that setting or a joint's zero",
+        f"the peg leans by {np.degrees(np.hypot(*turn)):.1f} degrees from where it is stated: "
+        f"{what}; {{fits}}; a joint's zero that is off looks the same",
         {},
         "joints",
     )
@@ -134,7 +138,7 @@ def _clearance(configuration, x):
         return None
     scene = configuration.scene
     size = 1e3 * (scene.hole_diameter - scene.peg_diameter) * exp(larger)
-    return Finding(f"with hole_diameter - peg_diameter of {size:.2g} mm {{fits}}", {}, "scene")
+    return Finding(f"{CLEARANCE_OFF} {number(size, 2)} mm; {{fits}}", {}, "scene")
 
 
 def _delay(configuration, x):
@@ -144,8 +148,8 @@ def _delay(configuration, x):
     delay = round(configuration.joints.delay + late, 3)
     who = ("joint states", "wrenches") if late > 0.0 else ("wrenches", "joint states")
     return Finding(
-        f"with joints.delay: {delay:g} {{fits}}: {who[0]} come some {1e3 * abs(late):.0f} ms "
-        f"behind {who[1]} of the same moment",
+        f"{who[0]} come some {1e3 * abs(late):.0f} ms behind {who[1]} of the same moment: set "
+        f"joints.delay: {delay:g}; {{fits}}",
         {},
         "joints",
     )
@@ -362,8 +366,8 @@ class OneSetting(Suspect):
         if not (gain > SETTING_FIT_TEST.held_out and scale < SETTING_FIT_TEST.explained):
             return None
         text = (
-            f"wrench and motion fit each other to {_left(after, second):.2g} times the noise "
-            f"instead of {_left(before, second):.2g}"
+            f"with it wrench and motion fit each other to {number(_left(after, second), 2)} times "
+            f"the noise instead of {number(_left(before, second), 2)}"
         )
         return finding._replace(text=finding.text.replace("{fits}", text), voids=True)
 

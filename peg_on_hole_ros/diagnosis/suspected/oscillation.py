@@ -10,6 +10,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import OSCILLATION_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.number_text import number
 
 # Root mean square of an oscillation, over its amplitude.
 _RMS = sqrt(0.5)
@@ -194,7 +195,7 @@ def _said(tone):
         "or move more slowly"
     )
     return (
-        f"the wrench oscillates at {tone.frequency:.1f} Hz by {tone.force:.2g} N and "
-        f"{tone.torque:.2g} N m: {why}. Its samples show no zero, which is the mean over whole "
-        "periods"
+        f"the wrench oscillates at {tone.frequency:.1f} Hz by {number(tone.force, 2)} N and "
+        f"{number(tone.torque, 2)} N m: {why}. Its samples show no zero, which is the mean "
+        "over whole periods"
     )

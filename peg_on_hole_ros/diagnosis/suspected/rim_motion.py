@@ -5,12 +5,13 @@ from math import exp, inf
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.finding import Finding, listed
+from peg_on_hole_ros.diagnosis.finding import CLEARANCE_OFF, Finding, listed
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import RIM_MOTION_TEST
 from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy, rpy_of, tilt_axes
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.number_text import number
 
 # What may be off: turns of the hole, the logarithm of the clearance, turns of the peg in its tool,
 # and the way from the peg's lower end as stated to where it is, in its own axes.
@@ -111,17 +112,18 @@ class RimMotion(Suspect):
         values, left = fits[best.start]
         surely = {_PEG.start: test.surely, _TIP.start: test.surely_way}.get(best.start, 1.0)
         least = min(test.explained * stated, max(surely * stated, test.at_noise * noise))
-        off = f"{1e3 * stated:.2g} mm"
+        off = f"{number(1e3 * stated, 2)} mm"
         if left < min(least, apart(best)):
-            fits_so = f"the peg's path fits its tilt to {1e3 * left:.2g} mm instead of {off}"
+            to = f"{number(1e3 * left, 2)} mm instead of {off}"
+            fits_so = f"with it the peg's path fits its tilt to {to}"
             self.finding = self._said(best, values, fits_so)
         # A path that nearly fits is one on the rim, and whatever is off, no contact is where it is
         # stated.
         self._nearly = self._nearly + 1 if left < test.explained * stated else 0
         if self.finding is None and self._nearly >= test.often:
             self.finding = Finding(
-                f"the peg's path on the rim does not fit its tilt to {off}, and no one setting "
-                "tells surely why: check joints.peg_rpy, hole_rpy, peg_xyz, tip_frame, the order "
+                f"the peg's path on the rim does not fit its tilt, by {off}, and no one setting "
+                "explains it: check joints.peg_rpy, hole_rpy, peg_xyz, tip_frame, the order "
                 "of joints.names, a joint's zero, and hole_diameter - peg_diameter",
                 {},
                 "joints",
@@ -137,28 +139,28 @@ class RimMotion(Suspect):
         if kind is _HOLE and test.least_lean < off < test.most_lean:
             rpy = listed(rpy_of(self._R_RH @ tilt_axes(found)), 3)
             text = (
-                f"with joints.hole_rpy: {rpy} {fits}: the hole leans by {np.degrees(off):.0f} "
-                "degrees from where it is stated, or a joint's zero is off"
+                f"the hole leans by {np.degrees(off):.0f} degrees from where it is stated: set "
+                f"joints.hole_rpy: {rpy}; {fits}; a joint's zero that is off looks the same"
             )
             return Finding(text, {}, "joints", voids=True)
         if kind is _SIZE and test.least_larger < off < test.most_larger:
             size = 1e3 * self._clearance * exp(found[0])
             # Outer diameters of chamfers can only make it too large.
             of_chamfers = _OF_CHAMFERS if found[0] < 0.0 else ""
-            text = f"with hole_diameter - peg_diameter of {size:.2g} mm {fits}{of_chamfers}"
+            text = f"{CLEARANCE_OFF} {number(size, 2)} mm; {fits}{of_chamfers}"
             return Finding(text, {}, "scene", voids=True)
         if kind is _PEG and test.least_turn < off < test.most_lean:
             rpy = listed(rpy_of(self._R_TP @ tilt_axes(found)), 3)
             text = (
-                f"with joints.peg_rpy: {rpy} {fits}: the peg leans by {np.degrees(off):.1f} "
-                "degrees from where it is stated"
+                f"the peg leans by {np.degrees(off):.1f} degrees from where it is stated: set "
+                f"joints.peg_rpy: {rpy}; {fits}"
             )
             return Finding(text, {}, "joints", voids=True)
         if kind is _TIP and test.least_way < off < test.most_way:
             xyz = listed(self._tip + self._R_TP @ found, 3)
             text = (
-                f"with joints.peg_xyz: {xyz} {fits}: the peg's lower end is {off:.3g} m from "
-                "where it is stated, by that setting or joints.tip_frame"
+                f"the peg's lower end is {number(off)} m from where it is stated: set "
+                f"joints.peg_xyz: {xyz}, or another joints.tip_frame; {fits}"
             )
             return Finding(text, {}, "joints", voids=True)
         return None

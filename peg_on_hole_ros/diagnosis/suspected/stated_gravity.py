@@ -57,10 +57,10 @@ def contradiction(configuration: Configuration) -> str:
     link = f"link {shown(joints.gravity_link)}" if joints.gravity_link else "root link"
     other = _other_way(stated, configuration)
     return (
-        f"scene.gravity = {_listed(stated)} is {off:.1f} degrees off the robot's: by "
-        f"joints.hole_rpy = {_listed(joints.hole_rpy)} and -z of the {link} it is "
-        f"{_listed(robot)}. One is wrong: take scene.gravity out{other}"
-        ", or if no link stands upright, state joints.gravity_link: stated"
+        f"scene.gravity is {off:.1f} degrees off the robot's: take scene.gravity out{other}, or "
+        "if no link stands upright, state joints.gravity_link: stated. Stated is "
+        f"{_listed(stated)}; by joints.hole_rpy = {_listed(joints.hole_rpy)} and -z of the {link} "
+        f"it is {_listed(robot)}"
     )
 
 

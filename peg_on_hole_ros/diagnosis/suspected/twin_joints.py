@@ -6,6 +6,7 @@ from peg_on_hole_ros.diagnosis.encoder_step import encoder_steps
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import ENCODER_STEP, TWIN_JOINTS_TEST
+from peg_on_hole_ros.number_text import number
 
 
 class TwinJoints(Suspect):
@@ -85,10 +86,10 @@ class TwinJoints(Suspect):
     def _said(self, apart):
         return (
             f"two publish on {self._topic}: joint states take turns between two motions, "
-            f"{apart:.2g} rad apart, as of a driver and a joint_state_publisher, of measured "
-            "positions and targets, or of one that is late: `ros2 topic info -v` lists who "
-            "publishes; end one, or have topics.joint_states name the driver's own topic. "
-            "Meanwhile no contact is told"
+            f"{number(apart, 2)} rad apart, as of a driver and a joint_state_publisher, of "
+            "measured positions and targets, or of one that is late: `ros2 topic info -v` lists "
+            "who publishes; end one, or have topics.joint_states name the driver's own topic. "
+            "Meanwhile the contact mode is unknown"
         )
 
 

@@ -16,6 +16,7 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN_BEGIN, places_of
 from peg_on_hole_ros.measurements.rotations import skew
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.records import UNOBSERVABLE_SETTINGS
 from peg_on_hole_ros.typed_record import Floats, new
 
@@ -252,13 +253,38 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
     return np.where(stated > 0.0, stated, typical)
 
 
+# How far off each of KINDS is meant to be, in words.
+_OFF_BY = (
+    "friction by {}", "the clearance by {}", "a force along the peg of {}",
+    "a force across the peg of {}", "the torque's zero by {}", "the hole's direction by {}",
+    "gamma by {}", "the sensor's height by {}",
+)  # fmt: skip
+
+
 def words(costs: dict[str, float | None], configuration: Configuration) -> str:
-    """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
+    """
+    Return which settings the motion cannot determine, and what that means [N], as one line.
+
+    The dearest comes first, nothing below 1 N. Near wedging a cost has no limit: above that of
+    the reactions it is not written as a number.
+    """
     found = []
-    for name, kind, offset in zip(
-        UNOBSERVABLE_SETTINGS, KINDS, offsets_of(configuration).tolist()
+    most = max(configuration.monitor.max_normal)
+    for name, kind, off_by, offset in zip(
+        UNOBSERVABLE_SETTINGS, KINDS, _OFF_BY, offsets_of(configuration).tolist()
     ):
         if (cost := costs[name]) is not None and cost >= 1.0:
-            found.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
-    lines = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(found, reverse=True)]
-    return f"not told by the last motion: {'; '.join(lines)}" if lines else ""
+            off = (
+                f"{number(100 * offset)} %"
+                if kind.unit == "of it"
+                else quantity(offset, kind.unit)
+            )
+            moves = quantity(cost, "N", 2) if cost <= most else f"more than {quantity(most, 'N')}"
+            found.append((cost, f"{off_by.format(off)}: {moves}"))
+    lines = [text for _, text in sorted(found, reverse=True)]
+    if not lines:
+        return ""
+    return (
+        "settings that this motion cannot determine, and how far off a reaction is where one of "
+        f"them is: {'; '.join(lines)}"
+    )

@@ -8,6 +8,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import UNTAKEN_ZERO_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.number_text import number
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 
@@ -156,13 +157,14 @@ class UntakenZero(Suspect):
     def _found(self) -> Finding:
         """Return what is to be set, and why."""
         read = self._reduction.sign * self._mean
-        force, torque = (", ".join(f"{x:.2g}" for x in each) for each in (read[:3], read[3:]))
+        force, torque = (", ".join(number(x, 2) for x in each) for each in (read[:3], read[3:]))
         size = float(np.linalg.norm(read[:3])), float(np.linalg.norm(read[3:]))
         return Finding(
             f"wrench.bias_force_stddev: a peg at rest reads [{force}] N, [{torque}] N m beside "
-            "its weight from the start on: a zero that nobody has taken (or a payload that is not "
-            "stated), or a contact. Tare it where it hangs free (~/tare, "
-            f"wrench.tare_automatically), or state bias_force_stddev: {size[0]:.2g} and "
-            f"bias_torque_stddev: {size[1]:.2g}; until it moves no contact is told",
+            "its weight from the start on: a zero that nobody has taken (or a payload that is "
+            "not stated), or a contact. Tare it where it hangs free (~/tare, "
+            f"wrench.tare_automatically), or state bias_force_stddev: {number(size[0], 2)} and "
+            f"bias_torque_stddev: {number(size[1], 2)}; until it moves the contact mode is "
+            "unknown",
             {},
         )

@@ -14,6 +14,7 @@ from peg_on_hole_ros.diagnosis.tuned import LOOK_WINDOW, WRENCH_BALANCE, WRONG_W
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import scene_scalars
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of
 
@@ -201,10 +202,10 @@ class WrongWrench(Suspect):
                 # What rounding takes off stays for as long as a load does: it is noise and zero.
                 values = steps.stddev(noise), max(zero, steps.stddev(0.0))
                 found |= {key: float(f"{x:.3g}") for key, x in zip(_noise_of(name), values)}
-                widths.append(f"the {name} comes in steps of {steps.step:g} {unit}")
+                widths.append(f"the {name} comes in steps of {quantity(steps.step, unit)}")
         if not found or self._seen < WRONG_WRENCH_TEST.enough:
             return None
-        settings = " and ".join(f"wrench.{name}: {value:g}" for name, value in found.items())
+        settings = " and ".join(f"wrench.{name}: {number(value)}" for name, value in found.items())
         return Finding(
             f"{' and '.join(widths)}, coarser than the stated noise: {settings} would fit", found
         )

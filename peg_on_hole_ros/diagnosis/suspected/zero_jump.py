@@ -10,6 +10,7 @@ from peg_on_hole_ros.diagnosis.suspected.steps_of_wrench import Step, find_steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Instant, Stated, Suspect
 from peg_on_hole_ros.diagnosis.tuned import ZERO_JUMP_TEST
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.typed_record import Floats
 
 
@@ -195,19 +196,19 @@ class ZeroJump(Suspect):
         self._air += after - before
         self._jumped_ns, self._pending = step.at_ns, False
         jump = step.jump
-        shown = ", ".join(f"{x:.2g}" for x in jump[:3])
+        shown = ", ".join(number(x, 2) for x in jump[:3])
         begun_ns = step.at_ns if self._begun_ns is None else self._begun_ns
         meanwhile = (
-            "the jump is taken off, and no reactions are told until then"
+            "the jump is taken off, and reactions are withheld until then"
             if self._adopts
-            else "no contact is told until then (wrench.adopt_found)"
+            else "the contact mode is unknown until then (wrench.adopt_found)"
         )
         finding = Finding(
-            f"wrench.bias_force: the zero has jumped by {hypot(*jump[:3]):.3g} N, [{shown}] N as "
-            f"received, and {hypot(*jump[3:]):.2g} N m at {(step.at_ns - begun_ns) * 1e-9:.3f} s, "
-            f"from one wrench to the next all six components read zero: the driver zeroes its "
-            f"sensor in mid-run. Tare it where it hangs free (~/tare), and let the driver zero "
-            f"nothing meanwhile: {meanwhile}",
+            f"wrench.bias_force: the zero has jumped by {quantity(hypot(*jump[:3]), 'N')}, "
+            f"[{shown}] N as received, and {quantity(hypot(*jump[3:]), 'N m', 2)} at "
+            f"{(step.at_ns - begun_ns) * 1e-9:.3f} s, from one wrench to the next all six "
+            "components read zero: the driver zeroes its sensor in mid-run. Tare it where it "
+            f"hangs free (~/tare), and let the driver zero nothing meanwhile: {meanwhile}",
             {},
         )
         self._found.append(finding)

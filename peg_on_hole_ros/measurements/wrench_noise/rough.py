@@ -7,6 +7,7 @@ from peg_on_hole_ros.estimator.orientation_noise import THIRD_DIFFERENCE, track_
 from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.typed_record import Floats, Integers, Record, Vector2
 
 
@@ -134,14 +135,14 @@ def causes(state: Rough, variance: Floats) -> list[str]:
         most = state.most.item(part)
         if state.off.item(part):
             lines.append(
-                f"wrench: the {name} jumps by {times:.0f} times and more its stated noise "
-                f"from message to message: is it in {unit}, of one sensor? no contact is told"
+                f"wrench: the {name} jumps by {times:.0f} times and more its stated noise from "
+                f"message to message: is it in {unit}, of one sensor? The contact mode is unknown"
             )
         elif most > WRENCH_NOISE_TEST.noisy:
             found, stated = sqrt(most), sqrt(variance.item(3 * part))
             lines.append(
-                f"wrench.{name}_stddev: the noise of the {name} is {found:.1f} times the "
-                f"stated one, {found * stated:.2g} {unit} for {stated:.2g} {unit}: used as "
-                "found"
+                f"wrench.{name}_stddev: the noise of the {name} is {found:.1f} times the stated "
+                f"one, {quantity(found * stated, unit, 2)} for {quantity(stated, unit, 2)}: used "
+                "as found"
             )
     return lines

@@ -5,6 +5,7 @@ from typing import Annotated
 from peg_on_hole_ros.measurements.tuned import SATURATION_TEST
 from peg_on_hole_ros.measurements.wrench_noise.received import Received
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import WRENCH_COMPONENTS
 from peg_on_hole_ros.typed_record import Floats, Integers, Record, Vector6
 
@@ -94,7 +95,7 @@ def causes(state: Saturated, variance: Floats) -> list[str]:
         return []
     name, unit = WRENCH_COMPONENTS[component], "N" if component < 3 else "N m"
     return [
-        f"wrench: {name} stays at {state.end:.4g} {unit} while the others go on: "
-        "the end of what the sensor measures, or its driver passes on; of such a wrench nothing "
-        "is made"
+        f"wrench: {name} stays at {quantity(state.end, unit)} while the others go on: "
+        "the end of what the sensor measures, or its driver passes on; such a wrench is "
+        "not used"
     ]
