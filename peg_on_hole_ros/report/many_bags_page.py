@@ -3,12 +3,16 @@
 from collections import Counter
 from urllib.parse import quote
 
+from peg_on_hole_ros.number_text import quantity
 from peg_on_hole_ros.records import CONTACTS
-from peg_on_hole_ros.report.markup import html, section, table
+from peg_on_hole_ros.report.markup import banner, html, section, table
 from peg_on_hole_ros.report.page import standing_alone
 from peg_on_hole_ros.report.provenance import made_at, versions
+from peg_on_hole_ros.report.words import parts_of
 
 _SHIFT_SCRIPTS = ("packed.js", "theme.js", "shift.js")
+# Of the commonest causes of doubt so many are listed.
+_CAUSES = 3
 _PLOTS = (
     (
         "outcomes",
@@ -28,7 +32,7 @@ _PLOTS = (
         tuple((f"peak_{name}", f"N_{name}", i) for i, name in enumerate(CONTACTS)),
     ),
 )
-_TABLE_HEAD = ("bag", "outcome of its tries", "transition [s]", "peak [N]", "alarms", "remarks")
+_TABLE_HEAD = "bag", "what is wrong", "outcome of its tries", "transition", "peak", "alarms"
 
 
 def shift_page(results: list[dict], rows: list[dict]) -> str:
@@ -58,11 +62,11 @@ def shift_page(results: list[dict], rows: list[dict]) -> str:
     model = {"plots": plots if tries else [], "tries": _columns(tries, reports)}
     body = [
         "<header>\n<h1>Many bags</h1>",
-        f'<p class="lead">{html(_headline(results, tries))}</p>',
+        *_verdict(results, tries),
         '<p class="note">The same, a row for each try: <a href="bags.csv">bags.csv</a>.</p>',
         "</header>",
-        section("plots", "Over all tries", *_panels(tries)),
         section("bags", "Bags", _bags(results, rows)),
+        section("plots", "Over all tries", *_panels(tries)),
         section(
             "origin", "Where this comes from", table(("", ""), [("made", made_at()), *versions()])
         ),
@@ -84,6 +88,29 @@ def _columns(tries, reports):
         "link": [reports[row["folder"]] for row in tries],
         **{name: [row[name] for row in tries] for name in columns},
     }
+
+
+def _verdict(results, tries):
+    """Return what is wrong with how many bags, and the commonest cause, before what happened."""
+    happened = html(_headline(results, tries))
+    unread = [result for result in results if result["error"]]
+    doubtful = [result for result in results if not result["error"] and result["doubts"]]
+    if not unread and not doubtful:
+        return [f'<p class="lead">{happened}</p>']
+    parts = [
+        f"{len(of)} of {len(results)} bags {what}"
+        for of, what in ((unread, "could not be read whole"), (doubtful, "are doubtful"))
+        if of
+    ]
+    kinds = Counter(parts_of(result["doubts"][0]).what for result in doubtful)
+    lines = [
+        f"{what[:1].upper()}{what[1:]}: {count} bag{'s'[: count > 1]}."
+        for what, count in kinds.most_common(_CAUSES)
+    ]
+    return [
+        banner("error" if unread else "warn", f"{', '.join(parts)}.", lines),
+        f'<p class="verdict">{happened}</p>',
+    ]
 
 
 def _headline(results, tries):
@@ -112,7 +139,14 @@ def _bags(results, rows):
     of = {}
     for row in rows:
         of.setdefault(row["folder"], []).append(row)
-    return table(_TABLE_HEAD, [_bag(result, of[result["name"]]) for result in results], raw=(0,))
+    # What needs a look comes first; among these the order is that of the arguments.
+    ordered = sorted(results, key=lambda result: (not result["error"], not result["doubts"]))
+    return table(
+        _TABLE_HEAD,
+        [_bag(result, of[result["name"]]) for result in ordered],
+        raw=(0, 1),
+        stacked=True,
+    )
 
 
 def _bag(result, rows):
@@ -123,12 +157,24 @@ def _bag(result, rows):
     tries = Counter(row["outcome"] for row in rows if row["outcome"])
     times = [row["transition_time"] for row in rows if row["transition_time"] is not None]
     peaks = [row[f"peak_{c}"] for row in rows for c in CONTACTS if row[f"peak_{c}"] is not None]
-    remark = result["error"] or next(iter(result["doubts"]), "")
     return (
         name,
+        _wrong(result),
         ", ".join(f"{count} {outcome}" for outcome, count in tries.items()) or "-",
-        ", ".join(f"{t:.3f}" for t in times[:3]) or "-",
-        f"{max(peaks):.4g}" if peaks else "-",
+        ", ".join(f"{t:.3f} s" for t in times[:3]) or "-",
+        quantity(max(peaks), "N") if peaks else "not determined" if tries else "-",
         str(rows[0]["bag_alarms"]) if rows[0]["bag_alarms"] is not None else "-",
-        remark,
     )
+
+
+def _wrong(result):
+    """Return what is wrong with a bag, and what to set first, as HTML."""
+    if result["error"]:
+        return html(result["error"])
+    if not result["doubts"]:
+        return "nothing found"
+    cause, more = parts_of(result["doubts"][0]), len(result["doubts"]) - 1
+    text = f"<strong>{html(cause.what)}.</strong>"
+    if cause.remedy:
+        text += f" {html(cause.remedy.rstrip('.'))}."
+    return f"{text} {more} more in its report." if more else text

@@ -53,7 +53,12 @@ def points(places: Iterable[Remark]) -> str:
     return f"<ul>\n{items}\n</ul>"
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int] = ()) -> str:
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    raw: Sequence[int] = (),
+    stacked: bool = False,
+) -> str:
     """
     Return a table that scrolls by itself where it is wide; numbers are flush right.
 
@@ -65,6 +70,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int]
         At least one.
     raw : sequence of int
         Columns that are HTML already.
+    stacked : bool
+        On a narrow screen the cells of a row stand below each other, each with its heading.
 
     """
     rows = list(rows)
@@ -75,15 +82,18 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int]
     )
     lines = ["<tr>" + "".join(heads) + "</tr>"] if any(head) else []
     for row in rows:
-        cells = (_cell(cell, i in raw) for i, cell in enumerate(row))
+        headings = head if stacked else [""] * len(row)
+        cells = (_cell(cell, i in raw, headings[i]) for i, cell in enumerate(row))
         lines.append("<tr>" + "".join(cells) + "</tr>")
     body = "\n".join(lines)
     # A region that scrolls can be reached by keyboard.
-    return f'<div class="table" tabindex="0"><table>\n{body}\n</table></div>'
+    kind = "table stacked" if stacked else "table"
+    return f'<div class="{kind}" tabindex="0"><table>\n{body}\n</table></div>'
 
 
-def _cell(text, raw):
-    return f"<td>{text}</td>" if raw else f"<td{_kind(text)}>{html(text)}</td>"
+def _cell(text, raw, heading):
+    of = f' data-head="{html(heading)}"' if heading else ""
+    return f"<td{of}>{text}</td>" if raw else f"<td{_kind(text)}{of}>{html(text)}</td>"
 
 
 def _kind(text):

@@ -30,9 +30,11 @@ def shift(tmp_path_factory):
 def test_all_tries_are_drawn_and_fit_the_width(opened, shift, width, scheme):
     page = opened(shift, width=width, height=844, scheme=scheme, touch=width < 500).page
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert re.match(
-        r"1 of 3 tries went in; 2 of 3 bags could be read whole", page.inner_text(".lead")
-    )
+    # What is wrong comes first.
+    lead, verdict = (page.inner_text(part) for part in (".lead", ".verdict"))
+    assert re.match(r"1 of 3 bags could not be read whole", lead)
+    assert re.match(r"1 of 3 tries went in; 2 of 3 bags could be read whole", verdict)
+    assert "not an MCAP file" in page.inner_text("#bags tr:nth-child(2)")
     drawn = page.evaluate(
         "Object.fromEntries([...document.querySelectorAll('.plot')].map((p) => "
         "[p.dataset.panel, p.data.map((t) => t.x.length)]))"
