@@ -153,6 +153,10 @@ def test_drawing_strips_and_numbers_are_the_node_s(shown, live, address, width, 
         assert page.evaluate(PIXELS, [strip, colour]) > 20, strip
     # All has been played: it says that nothing comes any more, and nothing moves.
     seen.wait_for_status("no estimate for")
+    # And so do the diagnostics, above the drawing.
+    page.wait_for_function(
+        "document.querySelector('#banners').textContent.includes('no messages of wrench')"
+    )
     name = "_".join(["live", *(["dark"] if scheme == "dark" else []), str(width)])
     assert differing(name, parts(page)) == {}
     assert seen.complaints == []
