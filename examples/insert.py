@@ -1,13 +1,12 @@
 """
-Insert a peg: touch, search the hole, align and go in, by what the monitor of the peg tells.
+Insert a peg: touch, search the hole, align and go in, with the topics of the contact monitor.
 
     python examples/insert.py --ros-args -p plan:=plan.json -r current_pose:=/arm/current_pose
 
-The robot's controller holds the peg on springs; it takes `target_frame` and sends `current_pose`
+The robot's controller holds the peg on springs. It takes `target_frame` and sends `current_pose`
 (PoseStamped, as Cartesian controllers do), both of the peg's lower end in the frame `hole`.
-`Program` decides and knows no ROS, `Insert` is the node around it. It reads contact_mode,
-transition, alarm_level, alarms and contacts of the monitor, announces what it `expect`s before a
-contact ends, and tares in the air. Speeds and pushes are those of a peg of 50 mm.
+`Program` decides and knows no ROS, `Insert` is the node around it. Speeds and pushes are those of
+a peg of 50 mm.
 """
 
 import json
@@ -36,26 +35,27 @@ NEVER = lambda seen: False  # noqa: E731
 
 @dataclass(frozen=True)
 class Options:
-    """What is told of the job [m], [rad], [s], [N]; without the last three it is a plain one."""
+    """The job [m], [rad], [s], [N]. Without the last four the program ignores the monitor."""
 
     hole_diameter: float = 0.050
     peg_diameter: float = 0.0498
     tilt: float = 0.2
-    psi: float = 0.3  # where the peg leans to
+    psi: float = 0.3  # azimuth to which the peg leans
     closing_rate: float = 0.15
-    press: tuple = (0.0015, 0.004)  # how far the springs are led beyond the rim, across and along
-    lead: float = 0.004  # how far the springs are turned beyond where the peg is
+    press: tuple = (0.003, 0.004)  # how far the springs are led beyond the rim, across and along
+    lead: float = 0.004  # how far the springs are turned ahead of the peg
     above: float = 0.006
     depth: float = 0.010
     force_limit: float = 120.0  # of the controller
     tries: int = 2
+    follow_modes: bool = True
     stop_on_error: bool = True
     follow_warn: bool = True
     plan: dict | None = None  # of `peg-on-hole plan --json`
 
 
 class Seen(NamedTuple):
-    """What is known at a moment: pose by the robot, force by the sensor, the rest as published."""
+    """The pose by the robot, the force by the sensor, and the last messages of the monitor."""
 
     t: float
     position: np.ndarray
@@ -70,7 +70,7 @@ class Seen(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Where the peg shall be, and what is said to the monitor."""
+    """Where the peg shall be, and what the monitor is asked or announced."""
 
     position: np.ndarray
     lean: np.ndarray
@@ -89,11 +89,12 @@ class Program:
 
     def __init__(self, options: Options):
         self.o, self.stage, self.outcome, self.tried, self.stops = options, "start", "", 0, []
+        self.most_load = 0.0
         self._tilt = options.plan["start"]["tilt"] if options.plan else options.tilt
         self._h = np.array([np.cos(options.psi), np.sin(options.psi)])
         self._leaned = -np.sin(self._tilt) * self._h
         self._plate = 0.5 * options.peg_diameter * np.sin(self._tilt)
-        self._hole, self._turn, self._slower = np.zeros(2), 0.0, 1.0
+        self._hole, self._slower, self._turn = np.zeros(2), 1.0, 0.0
         self._expect, self._tare, self._watching = "", False, False
         self._steps = self._insert()
         next(self._steps)
@@ -103,7 +104,7 @@ class Program:
         return self._steps.send(seen)
 
     def wait_for(self, done, within, move=STILL):
-        """Move until `done` of what is seen; return whether it was so within this time [s]."""
+        """Move until `done(seen)`; return whether it was so within this time [s]."""
         until = self.seen.t + within
         while not done(self.seen):
             if self.seen.t >= until:
@@ -118,34 +119,19 @@ class Program:
         return True
 
     def _check(self):
-        """End the try on the controller's force limit, and on what the monitor says."""
+        """End the try on the controller's force limit, and on an alarm at ERROR."""
+        self.most_load = np.fmax(self.most_load, np.max(self.seen.loads, initial=0.0))
         if self._watching and self.seen.force > self.o.force_limit:
             raise Stopped(f"force limit: {self.seen.force:.0f} N")
         if self._watching and self.o.stop_on_error and self.seen.level >= ERROR:
             # Level and texts are two topics: the level may come first.
-            told = (f"{name}: {text}" for name, level, text in self.seen.alarms if level >= ERROR)
-            raise Stopped("; ".join(told) or "an alarm is ERROR")
-        if self._watching and "lift the peg off" in self._advice():
-            raise Stopped("no motion keeps the limits")
+            texts = (f"{name}: {text}" for name, level, text in self.seen.alarms if level >= ERROR)
+            raise Stopped("; ".join(texts) or "an alarm is ERROR")
 
-    def _advice(self):
-        """Return what alarms of level WARN and above say, where that is followed."""
-        told = self.seen.alarms if self.o.follow_warn else ()
-        return "; ".join(text for _, level, text in told if level >= WARN)
-
-    def _advised(self):
-        """Return closing rate, turn [rad/s] and share of the push that are advised, or None."""
-        text = self._advice()
-        asked = r"close at ([\d.]+) rad/s", r"turn at ([\d.]+) rad/s", r"at most (\d+)%"
-        found = [re.search(pattern, text) for pattern in asked]
-        close, turn, push = (float(each[1]) if each else None for each in found)
-        if close is None and turn is None and "do not close" in text:
-            close, turn = 0.02, 0.15
-        if turn is None and "turn it about" in text:
-            turn = 0.15
-        if push is None and "reduce the force" in text:
-            push = 50.0
-        return close, turn, 1.0 if push is None else push / 100.0
+    def _warned(self):
+        """Return what alarms at WARN and above advise; empty: there are none, or not followed."""
+        alarms = self.seen.alarms if self.o.follow_warn else ()
+        return "; ".join(f"{name}: {text}" for name, level, text in alarms if level >= WARN)
 
     def _insert(self):
         self.seen = yield
@@ -174,6 +160,7 @@ class Program:
             off, turn = position - self._at, lean - self._lean
             self._at += off * min(1.0, speed * dt / max(np.linalg.norm(off), 1e-9))
             self._lean += turn * min(1.0, 0.4 * dt / max(np.linalg.norm(turn), 1e-9))
+            self._lean = near(self._lean, self.seen.lean, 0.02)
 
         return move
 
@@ -183,7 +170,6 @@ class Program:
         there = lambda seen: np.allclose(self._at, place, atol=1e-6)  # noqa: E731
         yield from self.wait_for(there, 5.0, self._to(place, self._leaned))
         yield from self.wait_for(NEVER, 0.6, self._to(place, self._leaned))
-        yield from self.wait_for(lambda seen: seen.mode == "open", 0.5)
         self._tare = True
         yield from self.wait_for(NEVER, 0.05)
 
@@ -194,7 +180,7 @@ class Program:
             raise Stopped("nothing touched")
 
     def _search(self):
-        """Press on the plate along a spiral, until the peg drops onto the rim; press it on."""
+        """Press along a spiral until the edge drops into the hole; lay the side on the rim."""
         centre, angle = self._at.copy(), 0.0
         centre[2] = self.seen.position[2] - 0.003
 
@@ -205,16 +191,20 @@ class Program:
             there = radius * np.cos(angle), radius * np.sin(angle), 0.0
             self._to(centre + there, self._leaned, 0.02)(dt)
 
-        def in_mouth(seen):
-            return seen.mode == "three_point" or seen.position[2] < self._plate - 0.0015
-
-        if not (yield from self.wait_for(in_mouth, 6.0, spiral)):
+        dropped = lambda seen: seen.position[2] < self._plate - 0.0015  # noqa: E731
+        if not (yield from self.wait_for(dropped, 6.0, spiral)):
             raise Stopped("no hole found")
+        self._at[2] = self.seen.position[2] - 0.5 * self.o.press[1]
+
+        def aside(dt):
+            self._at[:2] -= 0.01 * dt * self._h
+
+        # Friction of a light push holds the springs back by less than this.
+        lies_on = lambda seen: (seen.position - self._at)[:2] @ self._h > 0.0015  # noqa: E731
+        yield from self.wait_for(lies_on, 1.0, aside)
         self._hole = self.seen.position[:2] - self._seat(self._tilt)[0] * self._h
-        on = self._to(self._pressed(self._tilt, 1.0), self._leaned)
-        yield from self.wait_for(NEVER, 0.3, on)
-        yield from self.wait_for(lambda seen: seen.mode == "three_point", 0.5)
-        self._hole = self.seen.position[:2] - self._seat(self._tilt)[0] * self._h
+        on = self._to(self._pressed(self._tilt), self._leaned)
+        yield from self.wait_for(NEVER, 0.2, on)
 
     def _seat(self, tilt):
         """Return where three contacts, or the mouth, have the lower end, along h and z."""
@@ -222,14 +212,14 @@ class Program:
         gamma0 = np.arccos(d / D)
         s, c = np.sin(max(tilt, gamma0)), np.cos(max(tilt, gamma0))
         into = min(tilt / gamma0, 1.0)
-        return (D - d * c) / (2 * s) * into, (d - D * c - (D - d * c) * c) / (2 * s), into
+        return (D - d * c) / 2 * into, (d - D * c - (D - d * c) * c) / (2 * s), into
 
     def _above(self):
         """Return the place above that on three contacts."""
         seat = self._hole + self._seat(self._tilt)[0] * self._h
         return np.append(seat, self._plate + self.o.above)
 
-    def _pressed(self, tilt, push):
+    def _pressed(self, tilt, push=1.0):
         """Return that place with a share of the push beyond it."""
         h, z, into = self._seat(tilt)
         across, along = self._slower * push * np.array(self.o.press)
@@ -238,65 +228,101 @@ class Program:
     def _rates(self, tilt):
         """Return closing rate and turn [rad/s] of the plan, or of a plain closing."""
         if not self.o.plan:
-            return self._slower * self.o.closing_rate, self._turn
+            # What has jammed without a turn is tried with one.
+            turn = 0.2 if self.o.follow_warn and self.tried > 1 else 0.0
+            return self._slower * self.o.closing_rate, turn
+        closing = max(-self._stage_at(tilt)["gamma"], 0.01)
+        # The monitor foresees the present motion: it has to see a turn before that matters.
+        ahead = 0.25 * closing if self.o.follow_warn else 0.0
+        return self._slower * closing, self._stage_at(tilt - ahead)["phi"]
+
+    def _stage_at(self, tilt):
+        """Return the rates that the plan has at a tilt."""
         stages = self.o.plan["stages"]
-        rates = next((each for each in stages if each["tilt"] < tilt), stages[-1])["rates"]
-        return self._slower * max(-rates["gamma"], 0.01), rates["phi"] or self._turn
+        return next((each for each in stages if each["tilt"] < tilt), stages[-1])["rates"]
 
     def _align(self):
-        """Close the tilt under a push; a WARN slows, turns or presses less."""
-        self._expect, tilt, push = "insertion", self._tilt, 1.0
+        """Close the tilt under a push; an alarm at WARN slows, turns or presses less."""
+        self._expect, tilt, push, resists = "insertion", self._tilt, 1.0, 0.0
 
         def close(dt):
-            nonlocal tilt, push
-            rate, turn = self._rates(tilt)
-            slower, turned, less = self._advised()
-            self._turn = turn if turned is None else turned
-            push += np.clip(less - push, -10.0 * dt, 2.0 * dt)
-            tilt = max(tilt - (rate if slower is None else min(slower, rate)) * dt, 0.0)
-            self._spin += self._turn * dt
-            # Springs that lead far wedge the peg with a moment that no force shows.
-            tilt = max(tilt, np.arcsin(-self.seen.lean @ self._h) - self.o.lead)
-            self._lean, self._at = self._led(-np.sin(tilt) * self._h), self._pressed(tilt, push)
+            nonlocal tilt, push, resists
+            rate, turn, lead, text = *self._rates(tilt), self.o.lead, self._warned()
+            if text:
+                asked = r"close at ([\d.]+)", r"turn at ([\d.]+)", r"at most (\d+)%"
+                found = [re.search(pattern, text) for pattern in asked]
+                slow, turned, less = (float(each[1]) if each else None for each in found)
+                rate = min(rate, 0.03 if slow is None else slow)
+                turn = turn if turned is None else turned
+                push = min(push, 1.0 if less is None else less / 100.0)
+            if self._inside():
+                rate *= 0.5
+            if text or self._inside():
+                # The walls are near: a moment that no force shows loads them.
+                lead *= 0.3
+            self._turn, self._spin = turn, self._spin + turn * dt
+            closed, least = tilt - rate * dt, np.arcsin(-self.seen.lean @ self._h) - lead
+            resists = resists + dt if closed < least else 0.0
+            tilt = max(closed, 0.0, least)
+            # Not far ahead, but where it overshoots the springs may hold it back.
+            self._lean = near(-np.sin(tilt) * self._h, self.seen.lean, 2.0 * self.o.lead)
+            self._at = self._pressed(tilt, push)
+            if self._inside():
+                # What falls on the walls between which it fits hits them hard.
+                self._at[2] = max(self._at[2], self.seen.position[2] - 0.001)
 
         def closed(seen):
-            return tilt <= 0.0 or seen.transition or seen.mode in ("two_point", "inserted")
+            return tilt <= 0.0 or (self._inside() and resists > 0.3)
 
         yield from self.wait_for(closed, 6.0, close)
 
-    def _led(self, lean):
-        """Return a lean that is no farther than the lead from that of the peg."""
-        off = lean - self.seen.lean
-        return self.seen.lean + off * min(1.0, self.o.lead / max(np.linalg.norm(off), 1e-9))
+    def _inside(self):
+        """Return whether the monitor has seen the peg pass from the rim into the hole."""
+        seen = self.seen
+        inside = seen.transition or seen.mode in ("two_point", "inserted")
+        return self.o.follow_modes and inside
 
     def _go_in(self):
-        """Let side force and moment go, then push along the hole: on a WARN slower and softer."""
+        """Push along the hole, and give way to side force and moment; on a WARN slow, and turn."""
+        # What turns slides, so that friction holds it back less along the hole.
 
         def go_in(dt):
-            slow, soon = (0.005, 0.05) if self._advice() else (0.02, 0.15)
-            share = min(dt / soon, 1.0)
-            self._at[:2] += share * (self.seen.position[:2] - self._at[:2])
-            self._lean = self._led(self._lean + share * (self.seen.lean - self._lean))
-            self._at[2] -= slow * self._slower * dt * pushes
+            # Slowly, so that the controller's damping still stops what swings.
+            share, seen = min(dt / 0.1, 1.0), self.seen
+            self._at[:2] += share * (near(self._at[:2], seen.position[:2], 5e-4) - self._at[:2])
+            self._lean += share * (near(self._lean, seen.lean, 0.25 * self.o.lead) - self._lean)
+            warned = self._warned()
+            self._spin += (max(self._turn, 0.3) if warned else self._turn) * dt
+            self._at[2] -= (0.005 if warned else 0.02) * self._slower * dt
             self._at[2] = max(self._at[2], self.seen.position[2] - 0.006)
-            self._spin += self._turn * dt
 
-        pushes, self._at[2] = False, self.seen.position[2] - 0.001
-        yield from self.wait_for(NEVER, 0.2, go_in)
-        pushes = True
-        deep = lambda seen: seen.mode == "inserted" or -seen.position[2] > self.o.depth  # noqa: E731
-        if not (yield from self.wait_for(deep, 2.0, go_in)):
+        self._at[2] = self.seen.position[2] - 0.001
+        inserted = lambda seen: self.o.follow_modes and seen.mode == "inserted"  # noqa: E731
+        deep = lambda seen: inserted(seen) or -seen.position[2] > self.o.depth  # noqa: E731
+        if not (yield from self.wait_for(deep, 3.0, go_in)):
             raise Stopped("not in")
 
     def _back_off(self):
-        """Let the springs go, pull out along the hole, tilt back and lift off."""
+        """Reverse the tilt under a pull until the peg is out, tilt back and lift off."""
         self._expect, self._watching = "lift_off", False
         self._at, self._lean = self.seen.position.copy(), self.seen.lean.copy()
-        out = self._to(np.append(self._at[:2], 0.0), self._lean.copy())
-        yield from self.wait_for(lambda seen: seen.position[2] > -0.002, 4.0, out)
+
+        def out(dt):
+            self._at = self.seen.position + (0.0, 0.0, 0.006)
+            self._lean = near(self._leaned, self.seen.lean, self.o.lead)
+            self._spin += 0.2 * dt
+
         up = self._above()
+        yield from self.wait_for(lambda seen: seen.position[2] > -0.0003, 6.0, out)
+        self._at = self.seen.position.copy()
         off = self._to(up, self._leaned)
         yield from self.wait_for(lambda seen: seen.position[2] > up[2] - 0.002, 4.0, off)
+
+
+def near(place, centre, most):
+    """Return what is no farther from a centre, towards a place."""
+    off = place - centre
+    return centre + off * min(1.0, most / max(np.linalg.norm(off), 1e-9))
 
 
 def quaternion(lean, spin):
@@ -313,7 +339,7 @@ def lean_and_spin(q):
 
 
 class Insert(Node):
-    """The node around the program: what it has heard last is what the program sees."""
+    """The node around the program: the program sees the latest message of each topic."""
 
     def __init__(self):
         super().__init__("insert")
@@ -351,7 +377,7 @@ class Insert(Node):
         )  # fmt: skip
 
     def _decide(self):
-        # Begins once all is heard, and whoever is told something is there.
+        # It begins once every topic has been heard, and the monitor listens.
         there = self._tare.service_is_ready() and self._expect.get_subscription_count()
         if not there or len(self._heard) < self._topics:
             return

@@ -27,11 +27,17 @@ class World:
             lean = -math.sin(OPTIONS.tilt) * np.array([1.0, 0.0])
             return insert.Seen(0.0, np.array([0.0, 0.0, 0.02]), lean, 0.0, 0.0, "open")
         tilt = np.linalg.norm(c.lean)
-        over_hole = np.linalg.norm(c.position[:2] - self.off) < 0.0012 or tilt < 0.19
+        h = np.array([math.cos(OPTIONS.psi), math.sin(OPTIONS.psi)])
+        off = c.position[:2] - self.off
+        along, across = off @ h, abs(off @ (-h[1], h[0]))
+        # The rim stops the side of a peg that has dropped in.
+        dropped = c.position[2] < self.plate - 0.0005
+        over_hole = (along < 0.0012 and across < 0.0012 and dropped) or tilt < 0.19
         # On the plate, on the rim, or in the hole.
         floor = self.plate if not over_hole else (-0.0005 if tilt > 0.06 else -1.0)
         touches = c.position[2] < floor
-        position = np.array([*c.position[:2], max(c.position[2], floor)])
+        stopped = max(-0.0003 - along, 0.0) * h if over_hole and touches else np.zeros(2)
+        position = np.array([*(c.position[:2] + stopped), max(c.position[2], floor)])
         mode = "open" if not touches else ("three_point" if over_hole else "elsewhere")
         alarms = self.alarms(self)
         level = max((each[1] for each in alarms), default=0)
