@@ -19,6 +19,10 @@ class Draw:
         """Return a number of a range, each order of magnitude as likely."""
         return float(np.exp(self._rng.uniform(np.log(low), np.log(high))))
 
+    def normal(self, stddev) -> float:
+        """Return a normally distributed number."""
+        return float(self._rng.normal(0.0, stddev))
+
     def sign(self) -> float:
         """Return 1 or -1."""
         return float(self._rng.choice((-1.0, 1.0)))

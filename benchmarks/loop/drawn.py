@@ -16,6 +16,10 @@ ARM = ARMS["ur_like"]
 DEGREE = np.pi / 180
 # What a contact may bear [N].
 MOST_LOAD = 200.0
+# How well touches of the plate measure the direction of the hole, and how the grasp is known: one
+# standard deviation about an axis [rad].
+SURVEY, GRASP = 0.14 * DEGREE, 0.2 * DEGREE
+LEAN = 0.6 * DEGREE
 # Of the controller; the plan is made for it [N/m], [N m/rad].
 STIFFNESS, TURNING = 4000.0, 150.0
 
@@ -38,6 +42,9 @@ class Try(NamedTuple):
         Of the peg in the gripper, about x and y of the tool [rad].
     seed : int
         Of the sensor.
+    surveyed : bool
+        Whether touches of the plate have measured before how the hole leans. What is left of it
+        is then an error of `SURVEY`, and the grasp.
 
     """
 
@@ -47,24 +54,28 @@ class Try(NamedTuple):
     lean: tuple[float, float]
     grasp: tuple[float, float]
     seed: int
+    surveyed: bool = False
 
 
-def drawn(number: int) -> Try:
-    """Return the draw of a number."""
+def drawn(number: int, surveyed: bool = False) -> Try:
+    """Return the draw of a number; the same of a hole that has been surveyed."""
     draw = Draw([SEED, number])
 
     def off_by(most):
         size, way = draw.even(0.0, most), draw.even(-np.pi, np.pi)
         return size * np.cos(way), size * np.sin(way)
 
-    return Try(
+    true = Try(
         friction=draw.even(0.05, 0.5),
         clearance=draw.log(20e-6, 200e-6),
         off=off_by(1.5e-3),
         lean=off_by(1.5 * DEGREE),
         grasp=off_by(0.5 * DEGREE),
         seed=number,
+        surveyed=surveyed,
     )
+    error = draw.normal(SURVEY), draw.normal(SURVEY)
+    return true._replace(lean=error) if surveyed else true
 
 
 def configuration_of(true: Try) -> Configuration:
@@ -75,7 +86,8 @@ def configuration_of(true: Try) -> Configuration:
         configuration.scene, peg_diameter=D - true.clearance, friction=0.25, friction_stddev=0.1,
         clearance_stddev=2e-6,
     )  # fmt: skip
-    joints = replace(configuration.joints, hole_tilt_stddev=0.8 * DEGREE)
+    tilt = float(np.hypot(SURVEY if true.surveyed else LEAN, GRASP))
+    joints = replace(configuration.joints, hole_tilt_stddev=tilt)
     monitor = replace(configuration.monitor, max_normal=(MOST_LOAD,) * 3, inserted_depth=8e-3)
     plan = replace(
         configuration.plan, start_tilt=0.2, press=(-6.0, 0.0, -16.0), grip_height=0.07,

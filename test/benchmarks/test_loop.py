@@ -18,6 +18,9 @@ def test_axes_and_quaternion_are_one():
 
 
 def test_draws_are_within_what_is_said_of_them():
+    surveyed = [drawn.drawn(number, surveyed=True) for number in range(200)]
+    assert np.std([each.lean for each in surveyed]) == pytest.approx(drawn.SURVEY, rel=0.15)
+    assert [each.grasp for each in surveyed] == [drawn.drawn(k).grasp for k in range(200)]
     tries = [drawn.drawn(number) for number in range(200)]
     assert len({each.friction for each in tries}) == 200
     assert all(0.05 <= each.friction <= 0.5 for each in tries)
@@ -53,11 +56,20 @@ def test_a_try_in_lockstep_is_the_same_twice():
     pytest.importorskip("pinocchio")
     from benchmarks.loop import lockstep
 
-    true = drawn.drawn(0)
+    true, modes = drawn.drawn(0, surveyed=True), []
     options = insert.Options(peg_diameter=0.05 - true.clearance)
-    runs = [lockstep.play(true, insert, options, longest=2.5) for _ in range(2)]
+
+    def watch(t, row, command, published, cell):
+        if command.stage == "align":
+            modes.append((published.mode, published.loads, row[6]))
+
+    runs = [lockstep.play(true, insert, options, watch, longest=2.5) for _ in range(2)]
     assert all(run.pop("cpu") > 0 for run in runs)
     assert runs[0] == runs[1]
     # It has touched, and the peg carries what it is pressed with.
     assert runs[0]["stage"] == "align"
     assert 10.0 < runs[0]["most_load"] < 400.0
+    # The pipeline has the cell as it is: the levers follow from the wrench's frame.
+    assert np.mean([mode == "three_point" for mode, _, _ in modes]) > 0.9
+    known = [(a, b) for _, a, b in modes if np.isfinite(a).all()]
+    assert all(abs(a[0] - b[0]) < 30.0 for a, b in known)

@@ -1,0 +1,69 @@
+"""
+Draw what the monitor saves a robot program, by docs/figures/loop.csv; needs matplotlib.
+
+    python docs/figures/loop.py
+"""
+
+import csv
+import sys
+from math import sqrt
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+HERE = Path(__file__).parent
+VARIANTS = {
+    "plain": ("(a) force limit alone", "#718096"),
+    "stop": ("(b) stops on ERROR", "#d69e2e"),
+    "advice": ("(c) modes, flag, WARN", "#38a169"),
+    "plan": ("(d) the plan alone", "#9f7aea"),
+    "all": ("(e) all", "#2b6cb0"),
+}
+# Of a 95 % interval [standard deviations].
+Z = 1.96
+MOST_LOAD = 200.0
+
+
+def wilson(hits, count):
+    """Return the 95 % interval of a share."""
+    p = hits / count
+    middle = (p + Z * Z / (2 * count)) / (1 + Z * Z / count)
+    half = Z * sqrt(p * (1 - p) / count + Z * Z / (4 * count * count)) / (1 + Z * Z / count)
+    return middle - half, middle + half
+
+
+def draw(folder):
+    """Write loop.png and loop_narrow.png."""
+    with (HERE / "loop.csv").open() as file:
+        runs = list(csv.DictReader(file))
+    for name, size, rows in (("loop", (9, 3.4), (1, 2)), ("loop_narrow", (4.2, 6.4), (2, 1))):
+        figure, (loads, shares) = plt.subplots(*rows, figsize=size, dpi=110)
+        for k, (variant, (label, color)) in enumerate(VARIANTS.items()):
+            of = [run for run in runs if run["variant"] == variant]
+            n, sizes = len(of), sorted(float(run["most_load_N"]) for run in of)
+            above = [1.0 - i / n for i in range(n + 1)]
+            loads.step([10.0, *sizes], above, where="post", color=color, label=label, lw=1.6)
+            inserted = [run for run in of if run["outcome"] == "inserted"]
+            for hits, y, shape in (
+                (len(inserted), k - 0.12, "o"),
+                (sum(run["tried"] == "1" for run in inserted), k + 0.16, "|"),
+            ):
+                low, high = wilson(hits, n)
+                shares.plot([100 * low, 100 * high], [y, y], color=color, lw=1.2)
+                shares.plot(100 * hits / n, y, shape, color=color, ms=7)
+        loads.axvline(MOST_LOAD, color="black", lw=0.8, ls="--")
+        loads.set(xscale="log", xlim=(30, 1e4), ylim=(0, 1), xlabel="load [N]",
+                  ylabel="tries with a larger load at a contact [-]")  # fmt: skip
+        loads.legend(fontsize=7, frameon=False)
+        shares.set(xlim=(0, 101), xlabel="inserted: bar at the first try, dot in the end [%]")
+        shares.set_yticks(range(len(VARIANTS)), [label for label, _ in VARIANTS.values()])
+        shares.invert_yaxis()
+        figure.tight_layout()
+        figure.savefig(folder / f"{name}.png")
+
+
+if __name__ == "__main__":
+    draw(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
