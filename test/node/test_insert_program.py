@@ -76,10 +76,14 @@ def test_by_a_plan_the_program_turns_where_the_plan_does():
         "start": {"tilt": 0.2},
         "stages": [{"tilt": 0.1, "rates": still}, {"tilt": 0.06, "rates": still | {"phi": 0.3}}],
     }
-    world = World()
-    assert world.run(insert.Program(replace(OPTIONS, plan=plan))).outcome == "inserted"
-    aligned = [c for c in world.commands if c.stage == "align"]
-    turned = [c.spin for c in aligned if np.linalg.norm(c.lean) > 0.1]
-    assert max(turned) - min(turned) < 1e-9
     # From where the monitor sees the peg in the hole, at 0.06 rad here, it closes half as fast.
-    assert aligned[-1].spin == pytest.approx(0.3 * (0.04 / 0.2 + 0.06 / 0.1), rel=0.1)
+    lasts = 0.04 / 0.2 + 0.06 / 0.1
+    for follows, early in ((False, 0.0), (True, 0.05)):
+        world = World()
+        options = replace(OPTIONS, plan=plan, follow_warn=follows)
+        assert world.run(insert.Program(options)).outcome == "inserted"
+        aligned = [c for c in world.commands if c.stage == "align"]
+        turned = [c.spin for c in aligned if np.linalg.norm(c.lean) > 0.1 + early]
+        assert max(turned) - min(turned) < 1e-9
+        # A monitor that is followed foresees the present motion: it has to see the turn first.
+        assert aligned[-1].spin == pytest.approx(0.3 * (lasts + early / 0.2), rel=0.1)
