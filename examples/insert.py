@@ -197,11 +197,11 @@ class Program:
         self._at[2] = self.seen.position[2] - 0.5 * self.o.press[1]
 
         def aside(dt):
-            self._at[:2] -= 0.01 * dt * self._h
+            self._at[:2] -= 0.006 * dt * self._h
 
         # Friction of a light push holds the springs back by less than this.
         lies_on = lambda seen: (seen.position - self._at)[:2] @ self._h > 0.0015  # noqa: E731
-        yield from self.wait_for(lies_on, 1.0, aside)
+        yield from self.wait_for(lies_on, 1.5, aside)
         self._hole = self.seen.position[:2] - self._seat(self._tilt)[0] * self._h
         on = self._to(self._pressed(self._tilt), self._leaned)
         yield from self.wait_for(NEVER, 0.2, on)
@@ -293,13 +293,13 @@ class Program:
             self._lean += share * (near(self._lean, seen.lean, 0.25 * self.o.lead) - self._lean)
             warned = self._warned()
             self._spin += (max(self._turn, 0.3) if warned else self._turn) * dt
-            self._at[2] -= (0.005 if warned else 0.02) * self._slower * dt
+            self._at[2] -= (0.005 if warned else 0.01) * self._slower * dt
             self._at[2] = max(self._at[2], self.seen.position[2] - 0.006)
 
         self._at[2] = self.seen.position[2] - 0.001
         inserted = lambda seen: self.o.follow_modes and seen.mode == "inserted"  # noqa: E731
         deep = lambda seen: inserted(seen) or -seen.position[2] > self.o.depth  # noqa: E731
-        if not (yield from self.wait_for(deep, 3.0, go_in)):
+        if not (yield from self.wait_for(deep, 4.0, go_in)):
             raise Stopped("not in")
 
     def _back_off(self):

@@ -167,15 +167,21 @@ def report(found, options) -> Report:
 
 
 def _covered(figures: list[dict]) -> str:
-    """Return how often 95 % bounds contained the truth in first tries."""
-    sums = {}
-    for each in figures:
-        for run in each["variants"].values():
-            for name, (inside, count) in run["covered"].items() if run["own"] else ():
-                was = sums.get(name, (0, 0))
-                sums[name] = was[0] + inside, was[1] + count
-    shares = ", ".join(f"{n} {100 * a / max(b, 1):.0f} %" for n, (a, b) in sums.items())
-    return f"In contact, from the alignment on, 95 % bounds contain the truth: {shares}."
+    """Return how often 95 % bounds contained the truth in first tries, with a turn and without."""
+    texts = []
+    for words, planned in (("that turn by the plan", True), ("that close without a turn", False)):
+        sums: dict[str, list[int]] = {}
+        for each in figures:
+            for name, run in each["variants"].items():
+                if run["own"] and VARIANTS[name][1] == planned:
+                    for quantity, counts in run["covered"].items():
+                        sums.setdefault(quantity, []).append(counts)
+        shares = ", ".join(
+            f"{name} {100 * sum(a for a, _ in counts) / max(sum(b for _, b in counts), 1):.0f} %"
+            for name, counts in sums.items()
+        )
+        texts.append(f"in runs {words} {shares}")
+    return f"In contact, 95 % bounds contain the truth {'; '.join(texts)}."
 
 
 FAMILY = Family(
