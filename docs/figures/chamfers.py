@@ -3,7 +3,8 @@ Draw where a chamfered peg touches a chamfered hole, from the package's geometry
 
     python docs/figures/chamfers.py [FOLDER]
 
-Writes chamfers.svg to FOLDER (this one by default). The clearance is drawn wide, the tilt large.
+Writes chamfers.svg, and chamfers_narrow.svg for a phone, to FOLDER (this one by default). The
+clearance is drawn wide, the tilt large.
 """
 
 import sys
@@ -108,19 +109,21 @@ def what_to_state(axes):
     axes.set(xlim=(-1.25, 1.55), ylim=(-0.75, 1.5), aspect="equal")
 
 
-def draw(folder: Path) -> Path:
-    """Write chamfers.svg; the same bytes for the same version of matplotlib."""
+def draw(folder: Path, narrow: bool = False) -> Path:
+    """Write one of the two; the same bytes for the same version of matplotlib."""
     plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "chamfers", "font.size": 9})
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 4.2), layout="constrained")
-    contact(left)
-    what_to_state(right)
-    for axes in (left, right):
+    size, shape = ((4.2, 6.6), (2, 1)) if narrow else ((9.5, 4.2), (1, 2))
+    figure, (first, second) = plt.subplots(*shape, figsize=size, layout="constrained")
+    contact(first)
+    what_to_state(second)
+    for axes in (first, second):
         axes.axis("off")
-    path = folder / "chamfers.svg"
+    path = folder / f"chamfers{'_narrow' if narrow else ''}.svg"
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
     return path
 
 
 if __name__ == "__main__":
-    print(draw(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE))
+    to = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    print(draw(to), draw(to, narrow=True))
