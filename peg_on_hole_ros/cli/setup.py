@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     given = {kind: getattr(arguments, kind) for kind in RECORDINGS if getattr(arguments, kind)}
     cell = _start(arguments)
     read = [file for path in given.values() for file in bag_files(path).read()]
-    read += [arguments.config] if arguments.config else []
+    read += [arguments.config] if arguments.config and not _goes_on(arguments.config) else []
     read += [cell.values["joints.urdf"]] if cell.is_given("joints.urdf") else []
     check_output_paths(read, texts=[arguments.out])
     dialogue = Dialogue(cell, asks=not arguments.yes)
@@ -59,6 +59,11 @@ def run(arguments: argparse.Namespace) -> int:
     if bags.damage:
         raise BagDamaged(bags.damage)
     return 0
+
+
+def _goes_on(path):
+    """Return whether a file is one of `setup`, which may be written anew in its place."""
+    return bool(read_known(path))
 
 
 def _look_in_folder(arguments):

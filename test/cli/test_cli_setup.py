@@ -386,6 +386,18 @@ def test_an_end_of_answers_keeps_what_was_found_and_the_file_goes_on(tmp_path):
     assert setup(again, "--config", out, *given, *recordings("presses")) == 0
     assert known(again)["scene.hole_diameter"] == "stated: by an answer"
     assert known(again)["scene.peg_diameter"] == "stated: by --set"
+    # The command that goes on, as it is printed, names no other file: it is written in its place.
+    assert setup(again, "--config", again, "--set", "scene.peg_mass=0.4") == 0
+    assert known(again)["scene.peg_mass"] == "stated: by --set"
+    assert known(again)["scene.hole_diameter"] == "stated: by an answer"
+
+
+def test_a_file_of_somebody_else_is_not_written_over(tmp_path, capsys):
+    start = tmp_path / "start.yaml"
+    start.write_text(STATED.read_text(encoding="utf-8"), encoding="utf-8")
+    message = f"cannot write {start}: it is the file that is read"
+    fails(capsys, 2, message, "setup", "--yes", "--config", start, "--out", start)
+    assert start.read_text(encoding="utf-8") == STATED.read_text(encoding="utf-8")
 
 
 def test_an_interrupt_keeps_what_was_found(tmp_path):
