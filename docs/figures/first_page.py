@@ -104,8 +104,8 @@ def later(found: Replay, begin: float) -> Replay:
     return Replay(found.t - begin, found.normal, found.bound, *changes)
 
 
-def draw_peg(axes, forces):
-    """Draw the peg from the side on its three contacts, with the forces of one moment [N]."""
+def draw_peg(axes, forces, letters):
+    """Draw the peg from the side on its contacts, with the forces of one moment [N]."""
     g = contact_geometry(SCENE, GAMMA)
     zeta, across = np.array([-g.s, g.c]), np.array([g.c, g.s])
     origin = np.array([0.0, g.a1]) - g.a2 * zeta
@@ -139,7 +139,9 @@ def draw_peg(axes, forces):
         (-0.86, "K", f"K\n{forces['K']:.0f} N"),
         (0.86, "B1", f"B1, B2\n{half:.0f} N each"),
     ):
-        axes.annotate(text, (x, -0.31), size=8.5, color=CONTACT_COLORS[name], weight="bold", **say)
+        axes.annotate(
+            text, (x, -0.31), size=letters, color=CONTACT_COLORS[name], weight="bold", **say
+        )
     turn = np.pi / 2 + np.linspace(0, GAMMA, 30)
     centre = np.array([0.0, g.a1])
     axes.plot([0, 0], [-0.1, 1.9], color=INK, lw=0.7, ls="-.")
@@ -220,7 +222,9 @@ def draw(folder: Path, narrow: bool, jam: Replay, good: Replay) -> Path:
     wedged = jam.truth[-1][0]
     now = int(np.searchsorted(jam.t, error))
     peg = figure.axes[0]
-    draw_peg(peg, dict(zip(CONTACT_COLORS, jam.normal[:, now], strict=True)))
+    draw_peg(
+        peg, dict(zip(CONTACT_COLORS, jam.normal[:, now], strict=True)), 7.5 if narrow else 8.5
+    )
     peg.set_title("Contacts and forces at the alarm", size=10.5, weight="bold")
     touched = next(t for t, mode in reversed(good.modes) if mode == "three_point")
     entered = next(t for t, mode in good.modes if mode == "two_point" and t > touched)
