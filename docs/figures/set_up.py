@@ -113,7 +113,7 @@ def tip_axes(axes, up):
         axes.plot(*start, "o", color=COLORS[key], ms=4, zorder=6)
     line = {"arrowstyle": "-", "color": COLORS["base"], "lw": 0.7}
     axes.annotate(
-        "z of tip_frame", (-0.03, 0.55), (-0.95, 0.55), ha="left", va="center", size=9.5,
+        "z of\ntip_frame", (-0.03, 0.55), (-0.95, 0.55), ha="left", va="center", size=9.5,
         arrowprops=line,
     )  # fmt: skip
     say(axes, (-0.95, 0.17 * up), "z of the peg", COLORS["peg"], ha="left", size=9.5)
