@@ -14,6 +14,9 @@ from peg_on_hole_ros.config.options import Configuration
 SEED = 65_000
 ARM = ARMS["ur_like"]
 DEGREE = np.pi / 180
+# How often the robot sends [ms]; the wrench's frame, a link of the robot's description from whose
+# place the levers follow; how long a try may last [s].
+EVERY, FRAME, LONGEST = 2, "ft_sensor", 25.0
 # What a contact may bear [N].
 MOST_LOAD = 200.0
 # How well touches of the plate measure the direction of the hole, and how the grasp is known: one

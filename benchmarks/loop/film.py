@@ -24,8 +24,8 @@ from benchmarks.loop.loop import options_of
 from benchmarks.loop.program import program_module
 from benchmarks.robot_cells.rows import D
 
-# Of the film [1/s], and how much slower than the try it is.
-RATE, SLOWER = 10, 2.0
+# Of the film [1/s], how much slower than the try it is, and the longest part of the try [s].
+RATE, SLOWER, LONGEST = 10, 2.0, 7.0
 HEIGHT, PLATE, HALF = 62.0, 22.0, 44.0  # [mm]
 BLUE, RED, AMBER, GREY = "#2b6cb0", "#c53030", "#b7791f", "#718096"
 TITLES = {"plain": "(a) force limit alone", "all": "(e) with modes, alarms and plan"}
@@ -84,7 +84,7 @@ def draw_peg(axes, moment: Moment, radius: float) -> None:
                 "", place, place - (way * length, 0),
                 arrowprops={"arrowstyle": "-|>", "lw": 2, "color": color},
             )  # fmt: skip
-    axes.set(xlim=(-HALF - 12, HALF + 12), ylim=(-PLATE - 2, HEIGHT + 12), aspect="equal")
+    axes.set(xlim=(-HALF - 12, HALF + 12), ylim=(-PLATE - 10, HEIGHT + 16), aspect="equal")
     axes.axis("off")
 
 
@@ -93,7 +93,7 @@ def film(number: int, path: Path) -> None:
     runs = {name: record(number, name) for name in TITLES}
     radius = 0.5e3 * (D - drawn.drawn(number, True).clearance)
     begins = min(next(m.t for m in moments if m.stage == "touch") for moments, _ in runs.values())
-    ends = max(moments[-1].t for moments, _ in runs.values())
+    ends = min(max(moments[-1].t for moments, _ in runs.values()), begins + LONGEST)
     figure = plt.figure(figsize=(6.4, 4.4), dpi=100)
     grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1), hspace=0.08, left=0.1, right=0.98,
                                top=0.93, bottom=0.12)  # fmt: skip
@@ -108,9 +108,9 @@ def film(number: int, path: Path) -> None:
             past = [m for m in moments if m.t <= t] or moments[:1]
             now = past[-1]
             draw_peg(axes, now, radius)
-            over = now is moments[-1]
+            over = t >= moments[-1].t
             axes.set_title(TITLES[name], fontsize=9)
-            axes.text(0, HEIGHT + 4, outcome if over else f"{now.stage}, {now.mode}", ha="center",
+            axes.text(0, HEIGHT + 9, outcome if over else f"{now.stage}, {now.mode}", ha="center",
                       fontsize=8, color=GREY)  # fmt: skip
             if name == "all" and now.level and not over:
                 text = now.text.split(";")[0].split(":")[-1 if "it was" in now.text else 0]

@@ -13,6 +13,9 @@ import numpy as np
 
 from benchmarks.loop import drawn
 from benchmarks.loop.drawn import (
+    EVERY,
+    FRAME,
+    LONGEST,
     LOW_PASS,
     Try,
     configuration_of,
@@ -30,16 +33,11 @@ from peg_on_hole_ros.monitor.states import Mode
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 START_NS = 1_767_225_600_000_000_000
-EVERY = 2  # [ms]
 CONTACT = (Mode.THREE_POINT.value, Mode.TWO_POINT.value, Mode.INSERTED.value)
-# Of the wrench: a link of the robot's description, whose place the levers are taken from.
-FRAME = "ft_sensor"
 FORCE_NOISE, TORQUE_NOISE, JOINT_NOISE = 0.5, 0.02, 2e-5
 ZERO = np.array([0.4, -0.3, 0.6, 0.01, 0.02, 0.0])
 # Of the forces' zero, with a memory of this long [N], [s].
 WANDER, MEMORY = 0.3, 20.0
-# Beyond it a try has failed [s].
-LONGEST = 25.0
 # The program's commands are not led faster than this [m/s], [rad/s].
 FASTEST = np.repeat([0.1, 1.0], 3)
 

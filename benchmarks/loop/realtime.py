@@ -27,7 +27,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from benchmarks.loop import drawn
-from benchmarks.loop.lockstep import EVERY, FRAME, LONGEST, Cell, play
+from benchmarks.loop.drawn import EVERY, FRAME, LONGEST
 from benchmarks.loop.loop import options_of
 from benchmarks.loop.program import program_module
 from peg_on_hole_ros.config.configuration import to_parameters
@@ -41,7 +41,7 @@ PATIENCE = 120.0
 class CellNode:
     """Publishes what the cell sends, and leads it to the last target that has come."""
 
-    def __init__(self, cell: Cell, module, context: Context) -> None:
+    def __init__(self, cell, module, context: Context) -> None:
         self.cell, self._module, self.target = cell, module, None
         self.node = rclpy.create_node("cell", context=context)
         self._clock = self.node.create_publisher(Clock, "/clock", 10)
@@ -81,6 +81,8 @@ class CellNode:
 
 def play_over_dds(true: drawn.Try, module, options, folder: Path) -> dict:
     """Return what became of a try that three processes play together."""
+    from benchmarks.loop.lockstep import Cell  # MuJoCo is no part of the extra `dev`
+
     cell = Cell(true, options)
     parameters = folder / "cell.yaml"
     values = to_parameters(cell.configuration)
@@ -164,6 +166,8 @@ def main() -> None:
     parser.add_argument("--variants", default="plain,all")
     parser.add_argument("--out", type=Path, default=Path("realtime.csv"))
     asked = parser.parse_args()
+    from benchmarks.loop.lockstep import play
+
     module, rows, same = program_module(), [], 0
     for number in range(asked.first, asked.first + asked.tries):
         name = asked.variants.split(",")[number % len(asked.variants.split(","))]

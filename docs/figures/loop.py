@@ -39,6 +39,7 @@ def draw(folder):
     """Write loop.png and loop_narrow.png."""
     with (HERE / "loop.csv").open() as file:
         runs = list(csv.DictReader(file))
+    plt.rcParams.update({"font.size": 9})
     for name, size, rows in (("loop", (9, 3.4), (1, 2)), ("loop_narrow", (4.2, 6.4), (2, 1))):
         figure, (loads, shares) = plt.subplots(*rows, figsize=size, dpi=110)
         for k, (variant, (label, color)) in enumerate(VARIANTS.items()):
@@ -55,7 +56,7 @@ def draw(folder):
                 shares.plot([100 * low, 100 * high], [y, y], color=color, lw=1.2)
                 shares.plot(100 * hits / n, y, shape, color=color, ms=7)
         loads.axvline(MOST_LOAD, color="black", lw=0.8, ls="--")
-        loads.set(xscale="log", xlim=(30, 1e4), ylim=(0, 1), xlabel="load [N]",
+        loads.set(xscale="log", xlim=(30, 2e3), ylim=(0, 1), xlabel="load [N]",
                   ylabel="tries with a larger load at a contact [-]")  # fmt: skip
         loads.legend(fontsize=7, frameon=False)
         shares.set(xlim=(0, 101), xlabel="inserted: bar at the first try, dot in the end [%]")

@@ -107,7 +107,7 @@ def test_reactions_that_were_determined_nowhere_have_no_largest(bag, tmp_path, c
     content = json.loads(summary.read_text())
     check(content, SCHEMA)
     assert content["max_normal"] == dict.fromkeys(("K", "B1", "B2"))
-    assert "the reactions were determined nowhere" in report.read_text(encoding="utf-8")
+    assert "Reactions are not determined anywhere." in report.read_text(encoding="utf-8")
 
 
 def test_a_clock_that_goes_back_leaves_a_summary_that_fits(tmp_path, capsys):

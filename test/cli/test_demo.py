@@ -66,10 +66,10 @@ def test_demo_plays_compares_and_draws(tmp_path):
     assert played == 717
     # The joint state that starts the estimate may come a little after the first wrenches.
     assert played - 20 <= received <= played
-    rows = dict(re.findall(r"^(gamma|N_K(?:, not determined)?) +\w+ +(.*)$", run.stdout, re.M))
-    # Orientations have a noise of 1e-4 rad; the wrench tells more.
+    rows = dict(re.findall(r"^(gamma|N_K(?:, not determined)?) +m?\w+ +(.*)$", run.stdout, re.M))
+    # Orientations have a noise of 0.1 mrad; the wrench tells more.
     error, _, _, compared = rows["gamma"].split()
-    assert 0 < float(error) < 1e-4 and int(compared) == received
+    assert 0 < float(error) < 0.1 and int(compared) == received
     # It wedges at its end: from there on nothing is determined, and is no part of the first row.
     error, _, inside, determined = rows["N_K"].split()
     undetermined = int(rows["N_K, not determined"].split()[-1])

@@ -111,5 +111,9 @@ def test_how_far_off_a_friction_is_told_is_how_far_off_it_was_tested():
 
 def test_the_summary_has_it_in_words(tmp_path, capsys):
     assert main(["replay", str(JAM)]) == 0
-    (line,) = (x for x in capsys.readouterr().out.splitlines() if x.startswith("not told"))
-    assert "5 N along the peg would be up to" in line and "0.002 rad of gamma" in line
+    (line,) = (
+        x
+        for x in capsys.readouterr().out.splitlines()
+        if x.startswith("settings that this motion cannot")
+    )
+    assert "a force along the peg of 5 N: " in line and "gamma by 2 mrad: " in line

@@ -326,7 +326,7 @@ def play_all(line, samples, delay_ns):
 def test_diagnostics_tell_what_was_lost_from_what_came_late_or_is_usual():
     usual = {"wrench_late": 3, "joints_late": 2, "went_back": 4}
     report, lines = Diagnostics().report(0, 1, usual | {"joints_dropped_late": 1}, {})
-    assert lines == ["joints dropped late: 1 times"]
+    assert lines == ["joints dropped late: 1 time"]
     diagnostics = Diagnostics()
     diagnostics.report(0, 1, {"gap": 3}, {})
     # Going back may undo what was counted.

@@ -156,7 +156,7 @@ def test_it_is_said_in_words():
     (said,) = line.causes
     stated = recorded.plan.configuration.joints.position_stddev
     assert said.startswith("joints.position_stddev: the noise of joint states is ")
-    found = float(said.partition(" stated one, ")[2].split(" rad")[0])
+    found = 1e-3 * float(said.partition(" stated one, ")[2].split(" mrad")[0])
     assert found == pytest.approx(3.0 * stated, rel=0.3)
 
 

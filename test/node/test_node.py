@@ -133,7 +133,7 @@ def test_diagnostics_count_what_is_discarded_and_why(peer):
         assert report["input"][2][key] == "1"
         assert "load" in report["timing"][2]
         text = stop(process)
-        line = "joints dropped malformed length mismatch: 1 times"
+        line = "joints dropped malformed length mismatch: 1 time"
         assert text.count(line) == 1
         assert "sim_time" not in text
 

@@ -86,8 +86,8 @@ def test_what_was_lost_before_is_not_reported_again_and_what_no_report_told_is(c
         again = capfd.readouterr().err
         assert node._stream.counts["wrench_dropped_internal_error"] == 1
     assert (status["filter"][0], status["input"][0]) == (OK, OK)
-    assert told.count("wrench dropped internal error: 1 times") == 1
-    assert told.count("wrench dropped malformed unreadable: 1 times") == 1
+    assert told.count("wrench dropped internal error: 1 time") == 1
+    assert told.count("wrench dropped malformed unreadable: 1 time") == 1
     assert "times" not in again
 
 

@@ -228,4 +228,4 @@ def test_a_tare_in_contact_is_refused_and_names_the_mode(peer):
         answer = peer.call("tare", Trigger.Request())
         assert answer.success and answer.message.startswith("tare over 101 samples")
         text = stop(process)
-    assert "tare refused: 1 times" in text
+    assert "tare refused: 1 time" in text

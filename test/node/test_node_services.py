@@ -56,7 +56,7 @@ def test_a_tare_is_a_success_only_when_something_was_taken():
     # A sensor that has died carries nobody knows what.
     assert not silent.success and silent.message.startswith("nothing taken: no wrench has come")
     # Told at the end at the latest.
-    assert sum(int(n) for n in re.findall(r"tare refused: (\d+) times", text)) == 2
+    assert sum(int(n) for n in re.findall(r"tare refused: (\d+) time", text)) == 2
     assert reset.success and reset.message.startswith("filter and monitor restarted")
 
 
@@ -85,7 +85,7 @@ def test_motions_are_announced_and_poses_taken():
         peer.close()
     assert "~/expect: 'miracles' is not one of lift_off, insertion, nothing" in text
     # What a program announces, or a setting asks for, is no warning.
-    assert "expected: lift_off" in text and "expected: 1 times" not in text
+    assert "expected: lift_off" in text and "expected: 1 time" not in text
     assert answer.success and answer.message.startswith("pose 1 taken: 1 still poses, all with")
 
 

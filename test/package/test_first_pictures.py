@@ -36,16 +36,32 @@ def test_chamfers_have_the_same_words_on_a_phone(tmp_path):
     )
 
 
+def assert_alike(drawn, name):
+    """Another release of matplotlib may set a letter otherwise, and nothing more."""
+    kept = FIGURES / name
+    assert kept.stat().st_size < MOST_BYTES
+    both = [Image.open(path).convert("RGB") for path in (drawn / name, kept)]
+    assert both[0].size == both[1].size
+    one, other = (np.asarray(image.resize(SIZE, Image.Resampling.BOX)) for image in both)
+    assert apart(one, other) <= DRAWN
+    # A line in another place is more than that.
+    assert apart(one, np.roll(other, 10, axis=1)) > DRAWN
+
+
+def test_what_the_monitor_saves_is_drawn_of_its_figures(tmp_path):
+    loaded(FIGURES / "loop.py").draw(tmp_path)
+    for name in ("loop.png", "loop_narrow.png"):
+        assert_alike(tmp_path, name)
+
+
+def test_the_film_is_small_enough_for_a_first_page():
+    film = FIGURES / "loop_film.gif"
+    assert film.stat().st_size < 2_000_000
+    assert Image.open(film).n_frames > 30
+
+
 @pytest.mark.nightly
 def test_the_first_picture_is_that_of_today_s_replays(tmp_path):
-    """Another release of matplotlib may set a letter otherwise, and nothing more."""
     loaded(FIGURES / "first_page.py").main(tmp_path)
     for name in ("first_page.png", "first_page_narrow.png"):
-        kept = FIGURES / name
-        assert kept.stat().st_size < MOST_BYTES
-        both = [Image.open(path).convert("RGB") for path in (tmp_path / name, kept)]
-        assert both[0].size == both[1].size
-        one, other = (np.asarray(image.resize(SIZE, Image.Resampling.BOX)) for image in both)
-        assert apart(one, other) <= DRAWN
-        # A line in another place is more than that.
-        assert apart(one, np.roll(other, 10, axis=1)) > DRAWN
+        assert_alike(tmp_path, name)

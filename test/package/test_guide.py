@@ -22,7 +22,7 @@ SHOWN = {
     "calibrate bags/setup_cell/presses": ("13, 13, 13 N", "acts_on: robot", "axes: base"),
     "calibrate bags/setup_cell/poses": ("0.8022", "+- 0.0055", "5.997", "+- 0.053"),
     "replay bags/setup_cell/hang": ("tare_automatic: 1",),
-    "replay bags/setup_cell/run": ("inserted", "3.306", "2.564", "201.3"),
+    "replay bags/setup_cell/run": ("inserted", "3.306", "2.564", "201"),
 }  # fmt: skip
 
 
