@@ -58,9 +58,12 @@ def draw(folder):
         loads.axvline(MOST_LOAD, color="black", lw=0.8, ls="--")
         loads.set(xscale="log", xlim=(30, 2e3), ylim=(0, 1), xlabel="load [N]",
                   ylabel="tries with a larger load at a contact [-]")  # fmt: skip
-        loads.legend(fontsize=7, frameon=False)
-        shares.set(xlim=(0, 101), xlabel="inserted: bar at the first try, dot in the end [%]")
+        shares.set(xlim=(0, 102), xlabel="inserted [%]:\nbar at the first try, dot in the end")
         shares.set_yticks(range(len(VARIANTS)), [label for label, _ in VARIANTS.values()])
+        # The names stand for the lines of the other part as well.
+        for name_at, (_, color) in zip(shares.get_yticklabels(), VARIANTS.values()):
+            name_at.set_color(color)
+            name_at.set_fontweight("bold")
         shares.invert_yaxis()
         figure.tight_layout()
         figure.savefig(folder / f"{name}.png")
