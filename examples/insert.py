@@ -35,7 +35,7 @@ NEVER = lambda seen: False  # noqa: E731
 
 @dataclass(frozen=True)
 class Options:
-    """The job [m], [rad], [s], [N]. Without the last four the program ignores the monitor."""
+    """The job [m], [rad], [s], [N]. Without the last four it is a plain program."""
 
     hole_diameter: float = 0.050
     peg_diameter: float = 0.0498
@@ -383,7 +383,8 @@ class Insert(Node):
             return
         stage, command = self.program.stage, self.program.step(self._seen())
         if command.stage != stage:
-            self.get_logger().info(f"{command.stage} {self.program.stops[-1:]}")
+            most = f"largest reaction so far {self.program.most_load:.0f} N"
+            self.get_logger().info(f"{command.stage}, {most} {self.program.stops[-1:]}")
         if command.expect:
             self._expect.publish(String(data=command.expect))
         if command.tare:

@@ -28,6 +28,7 @@ from benchmarks.robot_cells.arms import ARMS
 from benchmarks.robot_cells.cell import Plant, Setting, rotation_vector
 from benchmarks.robot_cells.rows import D
 from benchmarks.robot_cells.sensing import weight_taken_off
+from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.states import Mode
 from peg_on_hole_ros.records import JointSample, WrenchSample
@@ -168,7 +169,7 @@ class Cell:
         setting = Setting(
             friction=true.friction, damping=2e3, peg_diameter=D - true.clearance, rim=0.006,
             step=2e-4, boxes=180,
-            hole_xyz=tuple(hole[:3, 3]), hole_rpy=_rpy(hole[:3, :3]),
+            hole_xyz=tuple(hole[:3, 3]), hole_rpy=rpy_of(hole[:3, :3]),
         )  # fmt: skip
         up = 0.5 * options.peg_diameter * np.sin(options.tilt) + options.above
         lean = -np.sin(options.tilt) * np.array([np.cos(options.psi), np.sin(options.psi)])
@@ -285,12 +286,3 @@ def _seen(module: ModuleType, cell: Cell, published: Published):
         cell.t, cell.position, cell.lean, cell.spin, cell.force, published.mode,
         published.transition, published.level, published.alarms, published.loads,
     )  # fmt: skip
-
-
-def _rpy(R):
-    """Return roll, pitch and yaw of Rz Ry Rx."""
-    return (
-        float(np.arctan2(R[2, 1], R[2, 2])),
-        float(-np.arcsin(R[2, 0])),
-        float(np.arctan2(R[1, 0], R[0, 0])),
-    )

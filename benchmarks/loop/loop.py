@@ -8,6 +8,7 @@ never rose to what it reacts to is the same run as the one without, and is not r
 of the plate have measured before how the hole leans, unless `--unsurveyed` says otherwise.
 """
 
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -68,16 +69,20 @@ def tries_option(parser) -> None:
     )  # fmt: skip
 
 
+@cache
+def plan_of(true: drawn.Try) -> dict:
+    """Return the plan for what is stated of a draw; it takes half a second."""
+    stated = drawn.configuration_of(true)
+    found = plan_motion(stated.scene, stated.plan, stated.monitor.max_normal)
+    return as_data(found, stated.plan, ())
+
+
 def options_of(module: ModuleType, true: drawn.Try, name: str):
     """Return the options of the program in a variant."""
     options, planned, _, _ = VARIANTS[name]
-    stated = drawn.configuration_of(true)
-    plan = None
-    if planned:
-        found = plan_motion(stated.scene, stated.plan, stated.monitor.max_normal)
-        plan = as_data(found, stated.plan, ())
-    sizes = (stated.scene.hole_diameter, stated.scene.peg_diameter)
-    return module.Options(*sizes, **options, plan=plan)
+    scene = drawn.configuration_of(true).scene
+    plan = plan_of(true) if planned else None
+    return module.Options(scene.hole_diameter, scene.peg_diameter, **options, plan=plan)
 
 
 def score_member(member: Member, folder: Path) -> dict:
@@ -90,9 +95,8 @@ def score_member(member: Member, folder: Path) -> dict:
         if level is not None and found[like]["worst_level"] < level:
             found[name] = {**found[like], "own": False}
             continue
-        options = options_of(module, true, name)
-        found[name] = {**play(true, module, options), "own": True}
-    possible = options.plan["possible"]
+        found[name] = {**play(true, module, options_of(module, true, name)), "own": True}
+    possible = plan_of(true)["possible"]
     return {"plan_possible": possible, "true": true._asdict(), "variants": found}
 
 
@@ -167,7 +171,7 @@ def report(found, options) -> Report:
 
 
 def _covered(figures: list[dict]) -> str:
-    """Return how often 95 % bounds contained the truth in first tries, with a turn and without."""
+    """Return how often two standard deviations contained the truth in first tries."""
     texts = []
     for words, planned in (("that turn by the plan", True), ("that close without a turn", False)):
         sums: dict[str, list[int]] = {}
@@ -181,7 +185,7 @@ def _covered(figures: list[dict]) -> str:
             for name, counts in sums.items()
         )
         texts.append(f"in runs {words} {shares}")
-    return f"In contact, 95 % bounds contain the truth {'; '.join(texts)}."
+    return f"In contact, two standard deviations contain the truth {'; '.join(texts)}."
 
 
 FAMILY = Family(

@@ -24,7 +24,6 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
 
 from benchmarks.loop import drawn
 from benchmarks.loop.drawn import EVERY, FRAME, LONGEST
@@ -34,6 +33,8 @@ from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "insert.py"
+# Deeper a peg is in, half a millimetre of the gears aside [m].
+IN_FROM = 0.0075
 # Before a program ends that has not begun [s].
 PATIENCE = 120.0
 
@@ -49,7 +50,6 @@ class CellNode:
         self._joints = self.node.create_publisher(JointState, "/joint_states", 100)
         self._pose = self.node.create_publisher(PoseStamped, "current_pose", 10)
         self.node.create_subscription(PoseStamped, "target_frame", self._take, 10)
-        self.tare = self.node.create_client(Trigger, "/peg_on_hole/tare")
         self._stamp = Clock().clock
 
     def _take(self, message: PoseStamped) -> None:
@@ -144,7 +144,7 @@ def _go(peer: CellNode, context: Context, program) -> dict:
         behind = max(behind, late) if started is not None else 0.0
         time.sleep(max(-late, 0.0))
     executor.remove_node(peer.node)
-    inserted = -cell.position[2] > 0.0075
+    inserted = -cell.position[2] > IN_FROM
     return {
         "outcome": "inserted" if inserted else "given up", "most_load": most,
         "time": cell.t - (first or cell.t), "behind": behind,

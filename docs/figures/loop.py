@@ -1,18 +1,20 @@
 """
 Draw what the monitor saves a robot program, by docs/figures/loop.csv; needs matplotlib.
 
-    python docs/figures/loop.py
+    PYTHONPATH=. python docs/figures/loop.py
 """
 
 import csv
 import sys
-from math import sqrt
 from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+from benchmarks.harness.pooled import wilson
+from benchmarks.loop.drawn import MOST_LOAD
 
 HERE = Path(__file__).parent
 VARIANTS = {
@@ -22,17 +24,6 @@ VARIANTS = {
     "plan": ("(d) the plan alone", "#9f7aea"),
     "all": ("(e) all", "#2b6cb0"),
 }
-# Of a 95 % interval [standard deviations].
-Z = 1.96
-MOST_LOAD = 200.0
-
-
-def wilson(hits, count):
-    """Return the 95 % interval of a share."""
-    p = hits / count
-    middle = (p + Z * Z / (2 * count)) / (1 + Z * Z / count)
-    half = Z * sqrt(p * (1 - p) / count + Z * Z / (4 * count * count)) / (1 + Z * Z / count)
-    return middle - half, middle + half
 
 
 def draw(folder):
