@@ -36,6 +36,8 @@ from peg_on_hole_ros.typed_record import dtype_of
 _ENDS = Stop.END, Stop.UNSOUND, Stop.ENOUGH, Stop.RESTART
 # What a filter in Python does in the course of a wrench.
 _BY_HAND = Stop.START, Stop.CORRECT, Stop.WRENCH
+# Modes that show neither a peg in the air nor one on the hole.
+_NOT_ON_HOLE = Mode.ELSEWHERE, Mode.UNKNOWN
 
 
 class Engine:
@@ -83,7 +85,7 @@ class Engine:
         self._batch = np.zeros(1, dtype_of(BatchProgress))
         self._runs = Runs()
         self.latest: OutputView | None = None
-        self._flag = False
+        self._flag = self._stands_beside = False
 
     @property
     def _memory(self) -> EngineMemory:
@@ -270,9 +272,13 @@ class Engine:
             self.settings_against_data.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
             self.settings_against_data.leave_three_contacts()
-        in_air = None if latest is None else bool(latest.row["contact_mode"] == Mode.OPEN)
-        p = self.processor
-        instant = Instant(sample, measured, p.standing, in_air, p.is_beside_hole, p.is_misfit)
+        p, mode = self.processor, None if latest is None else Mode(int(latest.row["contact_mode"]))
+        in_air = None if mode is None else mode == Mode.OPEN
+        # A peg that slides from the plate to the hole's edge is where it would touch the hole. It
+        # still stands beside, until it is lifted or a contact with the hole is published.
+        stays = self._stands_beside and p.may_touch and mode in _NOT_ON_HOLE
+        self._stands_beside = p.is_beside_hole or stays
+        instant = Instant(sample, measured, p.standing, in_air, self._stands_beside, p.is_misfit)
         changed = self.settings_against_data.take(instant)
         self.processor.widen_orientations(self.settings_against_data.joints_variance)
         if changed:

@@ -264,6 +264,11 @@ class Processor:
         return bool(self.engine.memory.place.beside > 0.5)
 
     @property
+    def may_touch(self) -> bool:
+        """Whether the place shows, likelier than not, a peg low enough to touch something."""
+        return bool(self.engine.memory.place.within_reach > 0.5)
+
+    @property
     def is_misfit(self) -> bool:
         """Whether the innovations in contact are larger than stated."""
         return bool(self.engine.innovations.too_large)

@@ -83,7 +83,8 @@ class Instant(NamedTuple):
     in_air : bool or None
         Whether the published contact mode is `open`; None: nothing was published.
     beside : bool
-        Whether the place tells that the peg stands beside the hole.
+        Whether the place shows that the peg stands beside the hole, or that it stood there and has
+        not been lifted since.
     misfit : bool
         Whether the innovations in contact are larger than stated.
 
