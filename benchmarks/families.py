@@ -9,6 +9,7 @@ FAMILIES = {
     "wrong_settings": "benchmarks.grid.wrong_settings",
     "own_cells": "benchmarks.own_cells.own_cells",
     "searches": "benchmarks.own_cells.searches",
+    "landings": "benchmarks.own_cells.landings",
     "friction_drift": "benchmarks.grid.friction_drift",
     "friction_steps": "benchmarks.grid.friction_steps",
     "offsets_learnt": "benchmarks.grid.offsets_learnt",
