@@ -6,10 +6,11 @@ from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets.free import FILLED, SETTLED, WAITS
 from peg_on_hole_ros.estimator.contact_sets.registry import linearise
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.scene_at_mean import tilted_gravity
 from peg_on_hole_ros.estimator.start import forget_batch
 from peg_on_hole_ros.estimator.state import AirBatch
 from peg_on_hole_ros.estimator.update import update
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
+from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.typed_record import Floats
 
@@ -32,7 +33,8 @@ def update_bias_in_air(kalman: FilterRecord) -> None:
     state, settings, scratch = kalman.state, kalman.settings, kalman.scratch
     scene, n, first = scene_of(kalman.scene), kalman.places.reactions, kalman.places.bias
     air, x = state.air, state.mixture_mean
-    _gather(air[FILLED], x, scene, kalman.wrench, state.time_since_wrench)
+    gravity = tilted_gravity(scene, x, kalman.places)
+    _gather(air[FILLED], x, scene.m, gravity, kalman.wrench, state.time_since_wrench)
     if air[FILLED].time < settings.touch_time:
         return
     air[SETTLED] = air[WAITS]
@@ -77,17 +79,24 @@ def add_bias_process_noise(kalman: FilterRecord) -> None:
 
 
 @compiled
-def _gather(batch: AirBatch, x: Floats, scene: SceneScalars, u: Floats, dt: float) -> None:
-    """Add a wrench, less the weight at the stated tilt of the hole, to a batch."""
-    turns = peg_turns(x[0], x[1], x[2])
-    g_x, g_y, g_z = scene.m * scene.g_x, scene.m * scene.g_y, scene.m * scene.g_z
-    weight = in_peg_axes(turns, (g_x, g_y, g_z))
-    by_x, by_y = in_peg_axes(turns, (0.0, g_z, -g_y)), in_peg_axes(turns, (-g_z, 0.0, g_x))
+def _gather(
+    batch: AirBatch,
+    x: Floats,
+    mass: float,
+    gravity: tuple[float, float, float],
+    u: Floats,
+    dt: float,
+) -> None:
+    """
+    Add a wrench, less the weight, to a batch.
+
+    A tilt of the hole turns the peg and gravity alike: in peg axes the weight contains nothing of
+    it.
+    """
+    weight = in_peg_axes(peg_turns(x[0], x[1], x[2]), gravity)
     batch.time += dt
     batch.wrenches += 1
     for i in range(6):
         batch.load[i] += u[i]
     for i in range(3):
-        batch.load[i] += weight[i]
-        batch.load_by_tilt[0, i] += by_x[i]
-        batch.load_by_tilt[1, i] += by_y[i]
+        batch.load[i] += mass * weight[i]

@@ -1,5 +1,6 @@
 """What an orientation does to the state: gate, jumps of the motion, and correction."""
 
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.mixture import reweigh
 from peg_on_hole_ros.estimator.motion import add_process_noise
@@ -147,10 +148,20 @@ def _innovation(
 
 @compiled
 def update_from_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> None:
-    """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
+    """
+    Correct every component by an orientation q [rad] with covariance R [rad^2].
+
+    A tilt of the hole is considered unless three contacts carry the peg: orientations alone
+    contain nothing of it. Their Jacobian changes with the noise of the estimate, and each change
+    would count as information: of a peg that hangs still, the tilt would drift by milliradians.
+    """
     state, scratch, places = kalman.state, kalman.scratch, kalman.places
     modes, n = kalman.settings.modes, places.reactions
     state.time_since_orientation = 0.0
+    for i in range(n):
+        scratch.estimated[i] = kalman.estimated[i]
+    if places.tilt >= 0 and state.contact_set != ContactSet.THREE:
+        scratch.estimated[places.tilt] = scratch.estimated[places.tilt + 1] = 0.0
     for i in range(3):
         for k in range(3):
             scratch.noise[i, k] = state.noise_ratio * R[i, k]
@@ -164,7 +175,7 @@ def update_from_orientation(kalman: FilterRecord, q: Floats, R: Floats) -> None:
         else:
             fill_orientation_jacobian(x, places, n, scratch.jacobian)
             fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
-            scratch.log_likelihood[j], _ = update(kalman, kalman.estimated, P, n, 3, least)
+            scratch.log_likelihood[j], _ = update(kalman, scratch.estimated, P, n, 3, least)
         for i in range(n):
             x[i] += scratch.step[i]
         x[FRICTION] = max(x[FRICTION], 0.0)
@@ -183,5 +194,5 @@ def _update_by_points(kalman: FilterRecord, j: int, q: Floats) -> float:
         fill_orientation_residual(x, places, q, scratch.jacobian, scratch.residual)
         for i in range(3):
             points.residual[k, i] = -scratch.residual[i]
-    likelihood, _ = update_by_sigma_points(kalman, kalman.estimated, state.P[j], n, 3)
+    likelihood, _ = update_by_sigma_points(kalman, scratch.estimated, state.P[j], n, 3)
     return likelihood

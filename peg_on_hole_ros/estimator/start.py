@@ -239,4 +239,3 @@ def forget_batch(batch: AirBatch) -> None:
     """Empty a batch."""
     batch.time, batch.wrenches = 0.0, 0
     batch.load[:] = 0.0
-    batch.load_by_tilt[:, :] = 0.0

@@ -81,15 +81,12 @@ class AirBatch(Record):
         How many.
     load : ndarray, shape (6,)
         Sum of the wrenches less the weight, peg axes [N], [N m].
-    load_by_tilt : ndarray, shape (2, 3)
-        Sum of the derivatives of its force by the tilt of the hole about x and y [N/rad].
 
     """
 
     time: float
     wrenches: int
     load: Vector6
-    load_by_tilt: Annotated[Floats, (2, 3)]
 
 
 class State(Record):

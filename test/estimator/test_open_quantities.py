@@ -12,6 +12,7 @@ from estimates import learnt as learnt_by
 from peg_on_hole_ros.config.options import Accuracy, Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods.registry import make_filter
+from peg_on_hole_ros.estimator.state import places_of
 from peg_on_hole_ros.measurements.wrench_reduction import WrenchReduction
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
@@ -247,6 +248,33 @@ def test_a_tilted_hole_is_learnt():
         assert stddev < 0.002
         # Second order of the tilt at a tilt of 0.1 rad: some 1e-4 rad.
         assert abs(last.monitor[f"hole_tilt_{axis}"] - value) < 4 * stddev + 2e-4
+
+
+def test_orientations_of_a_still_peg_contain_nothing_of_the_tilt():
+    stated, q = 0.0023, np.array([0.22, -2.64, 2.44])
+    joints = replace(Configuration().joints, hole_tilt_stddev=stated)
+    configuration = replace(Configuration(), joints=joints)
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    kalman = make_filter(
+        configuration.scene, configuration.filter, reduction.covariance,
+        reduction.offsets(configuration),
+    )  # fmt: skip
+    # Fine encoders: a change of the Jacobian by their noise, times the tilt, is as large.
+    s, c, sp, cp = np.sin(q[0]), np.cos(q[0]), np.sin(q[1]), np.cos(q[1])
+    by_turns = np.array([[sp, -cp, 0.0], [c * cp / s, c * sp / s, 1.0], [-cp / s, -sp / s, 0.0]])
+    noise, random = 2.4e-5 * by_turns, np.random.default_rng(1)
+    R = noise @ noise.T
+    kalman.start(q + noise @ random.normal(size=3), R)
+    for _ in range(400):
+        kalman.predict(0.005)
+        kalman.correct(q + noise @ random.normal(size=3), R)
+    at = int(places_of(("tilt",)).tilt)
+    tilt = slice(at, at + 2)
+    assert np.abs(kalman.mixture.mean[tilt]).max() < 1e-3 * stated
+    stddev = np.sqrt(np.diag(kalman.mixture.covariance)[tilt])
+    np.testing.assert_allclose(stddev, stated, rtol=1e-3)
+    # The noise of the Jacobian still moves the angles by 0.1 mrad or less, most of the time.
+    assert abs(kalman.mixture.mean[0] - q[0]) < 0.3 * stated
 
 
 def test_a_tare_begins_the_bias_anew():

@@ -59,9 +59,6 @@ def linearise(
             R[i, k] = kalman.noise[i, k] / batch.wrenches
             E[i, places.bias + k] = -kalman.bias_map[i, k]
         R[i, i] += moved if i < 3 else turned
-        if places.tilt >= 0 and i < 3:
-            E[i, places.tilt] = batch.load_by_tilt[0, i] / batch.wrenches
-            E[i, places.tilt + 1] = batch.load_by_tilt[1, i] / batch.wrenches
         residual[i] = batch.load[i] / batch.wrenches
         for k in range(n):
             residual[i] += E[i, k] * x[k]
