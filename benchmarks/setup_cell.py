@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.own_cells.search import smooth
+from benchmarks.own_cells.beside import smooth
 from peg_on_hole_ros.bags.truth import CONTACTS_TOPIC, MODE_TOPIC, STATE_TOPIC
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.simulation_file import read_plan
