@@ -1,11 +1,11 @@
 """
-The level of accelerations that each method of the chart does best with, by one rule for all.
+The process noise with which each method of the chart has the least error, by one rule for all.
 
-Motions are `bend`, `sway` and `turn` of the grid, which no figure is told of, at three speeds and
-two noises. The best level has the least geometric mean of the errors of reactions and of the
-tilt's rate, of those whose 95 % bounds hold in LEAST_COVERED of the samples called determined, at
-least half of all, over the motions of each name. Where none has, a method has the level of the one
-that it is made of. The default's three levels are scaled together.
+Motions are `bend`, `sway` and `turn` of the grid, which no published figure uses, at three speeds
+and two noises. The best process noise has the least geometric mean of the errors of reactions and
+of the tilt rate, among those whose 95 % bounds contain LEAST_COVERED of the determined samples, at
+least half of all, over the motions of each name. If no value does, a method has the value of the
+method on which it is built. The default's three values are scaled together.
 """
 
 from functools import cache
@@ -173,15 +173,16 @@ def report(found, options) -> Report:
         came, now = settings[chosen], settings.get(own)
         lines.append(
             (
-                f"`{method}`", _words(chosen.levels) if came.holds else "none holds",
+                f"`{method}`", _words(chosen.levels) if came.holds else "none covers",
                 f"{100 * came.reactions:.2f}", f"{came.tilt_rate:.3f}",
                 f"{100 * came.covered:.0f} %", f"{100 * came.determined:.0f} %",
                 _words(own.levels), f"{now.off / came.off:.2f}" if now else "",
             )
         )  # fmt: skip
     head = (
-        "method", "best level [rad/s²]", "reactions [%]", "tilt's rate [rad/s]", "within 95 %",
-        "determined", "its level", "error with that over the best",
+        "method", "best process noise [rad/s^2]", "error of the reactions [%]",
+        "error of the tilt rate [rad/s]", "coverage of 95 % bounds", "determined",
+        "process noise used [rad/s^2]", "error, ratio to the best",
     )  # fmt: skip
     return Report(table(head, lines))
 

@@ -38,8 +38,8 @@ def overall_table(found, limits) -> str:
     """Return a row for each method, its rates side by side."""
     rows = {row.name: row for row in found}
     lines = [
-        ("method", "reactions [%]", "tilt's rate [rad/s]", "within 95 %", "step [us]",
-         "whole path [us for a ms]"),
+        ("method", "error of the reactions [%]", "error of the tilt rate [rad/s]",
+         "coverage of 95 % bounds", "step [us]", "whole path [us per ms of motion]"),
     ]  # fmt: skip
     for name in dict.fromkeys(one.name for one in ESTIMATORS):
         own = [rows[str(one)] for one in ESTIMATORS if one.name == name]
@@ -65,7 +65,7 @@ def kinds_table(scores) -> str:
     """Return a row for each method at 1 kHz, the error of its reactions in each kind of scene."""
     kinds = chart.of_kinds(scores)
     rows = {kind: {row.name: row for row in found} for kind, found in kinds.items()}
-    lines = [("reactions at 1 kHz [%]", *kinds)]
+    lines = [("error of the reactions at 1 kHz [%]", *kinds)]
     for one in ESTIMATORS:
         if one.rate == WRENCH_RATES[0]:
             lines.append((one.name, *(_error(rows[kind][str(one)]) for kind in kinds)))
@@ -75,7 +75,7 @@ def kinds_table(scores) -> str:
 
 
 def _error(row):
-    """Return an error with the spread of its seeds; in brackets: its bounds do not hold."""
+    """Return an error with the spread of its seeds; in brackets where the chart has it hollow."""
     if row.reactions != row.reactions:
         return ""
     off, low, high = (
@@ -98,7 +98,7 @@ def _each(texts):
 
 def _digits(value, count):
     if value == float("inf"):
-        return "lost"
+        return "diverged"
     if value >= 10**count:
         return f"{value:.0f}"
     return f"{value:#.{count}g}".rstrip(".")
@@ -111,10 +111,12 @@ def markdown(lines) -> str:
 
 
 def stability_table(found) -> str:
-    """Return the tables of the map: where the default ends, and what each method comes to."""
-    ends = [("all else as usual", "low side", "high side"), *edge_lines(found)]
+    """Return the tables of the map: where the default stops, and the results of methods."""
+    ends = [("quantity", "low side", "high side"), *edge_lines(found)]
     shown = [one for one in stability.Verdict if one is not stability.Verdict.NONE]
-    lines = [("places", *(one.value for one in shown), "reactions off, median [%]")]
+    lines = [
+        ("number of places", *(one.value for one in shown), "error of the reactions, median [%]")
+    ]
     for name, verdicts in verdicts_of(found).items():
         own = [result.reactions for (_, method), result in found.items() if method == name]
         off = median(value for value in own if value == value)

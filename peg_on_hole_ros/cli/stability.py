@@ -1,4 +1,4 @@
-"""`peg-on-hole stability`: where estimators hold, err or diverge, and where the default ends."""
+"""`peg-on-hole stability`: where estimators work, have wrong bounds or diverge."""
 
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
@@ -178,7 +178,7 @@ def found_in(rows: Sequence[Sequence[str]]) -> dict:
 
 
 def summary(found: dict) -> str:
-    """Return in how many places of the axes each method comes to what."""
+    """Return in how many places of the axes each method has which result."""
     shown = [verdict for verdict in study.Verdict if verdict is not study.Verdict.NONE]
     lines = [
         [method, *(str(verdicts.count(verdict)) for verdict in shown)]
@@ -197,7 +197,7 @@ def verdicts_of(found: dict) -> dict[str, list[study.Verdict]]:
 
 
 def edge_lines(found: dict) -> list[tuple[str, ...]]:
-    """Return each axis with what is told of its low and of its high side."""
+    """Return each axis with the words for its low and its high side."""
     return [
         (axis.label, *(edges.in_words(edges.edge_of(found, axis, side)) for side in edges.SIDES))
         for axis in map_places.MAP_AXES
@@ -206,7 +206,7 @@ def edge_lines(found: dict) -> list[tuple[str, ...]]:
 
 def edges_in_words(found: dict) -> str:
     """Return where the default ends on each axis, a line each."""
-    lines = [f"Where {study.DEFAULT} ends, all else as usual:"]
+    lines = [f"Where {study.DEFAULT} stops working, if one quantity changes:"]
     for label, *sides in edge_lines(found):
         lines.append(f"  {label}: {'; '.join(text for text in sides if text)}")
     return "\n".join(lines)

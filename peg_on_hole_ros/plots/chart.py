@@ -1,4 +1,4 @@
-"""Errors against what a wrench costs, as one picture: the reactions, and the tilt's rate."""
+"""Errors against computing time, as one picture: the reactions, and the tilt rate."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -52,7 +52,7 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
     rows = [row for row in rows if not _drawn(row).part] if narrow else rows
     for place, title, panel in (
         (places[0], "Error of the reactions [% of their mean]", _reactions(rows, limits)),
-        (places[1], "Error of the tilt's rate [rad/s]", _rates(rows, limits)),
+        (places[1], "Error of the tilt rate [rad/s]", _rates(rows, limits)),
     ):
         axis = fig.add_axes(place)
         axis.set_title(title, loc="left", fontsize=10, weight="bold")
@@ -90,7 +90,9 @@ def kinds_figure(found: dict[str, tuple[list[Overall], Limits]], narrow: bool = 
                 (height - 0.8) / size[1],
             )
         )
-        axis.set_title(f"{kind}: reactions off [%]", loc="left", fontsize=9, weight="bold")
+        axis.set_title(
+            f"{kind}: error of the reactions [%]", loc="left", fontsize=9, weight="bold"
+        )
         _draw_panel(axis, panel, around)
     _legend(fig, narrow)
     return fig
@@ -191,7 +193,7 @@ def _legend(fig, narrow, parts=True):
         ),
         Line2D(
             [], [], color=_OTHER_COLOR, marker="o", linestyle="", markerfacecolor="white",
-            label="hollow: its bounds do not hold, or it tells little",
+            label="hollow: bounds too narrow, or little is determined",
         ),
         *([part] if parts else []),
         Line2D([], [], color=_FRONT_COLOR, linewidth=2, label="front: none is cheaper and better"),

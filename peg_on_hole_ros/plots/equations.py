@@ -11,7 +11,7 @@ from peg_on_hole_ros.study.fixed_steps import INTEGRATORS, Steps
 _DPI = 160
 _COLORS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7")
 _HATCHES = ("", "////", "....", "\\\\\\\\")
-# From here on the law is said to be too smooth: of an angle's way.
+# From this error on, as a share of an angle's way, the law counts as too smooth.
 _TOO_SMOOTH = 0.05
 
 
@@ -40,7 +40,7 @@ def _wedging(axis, found):
         degrees = np.degrees(one.tilt)
         least = np.where(np.isnan(one.friction), MOST_FRICTION, one.friction)
         if np.isnan(one.friction).all():
-            axis.plot([], [], color=color, label=f"{one.motion}: nowhere")
+            axis.plot([], [], color=color, label=f"{one.motion}: does not wedge")
             continue
         axis.fill_between(
             degrees, least, MOST_FRICTION, facecolor=color, alpha=0.45, hatch=hatch,
@@ -50,13 +50,15 @@ def _wedging(axis, found):
     axis.set_xscale("log")
     axis.set_xlim(first * 0.93, last * 1.07)
     axis.set_ylim(0.0, MOST_FRICTION)
-    for at, text, side in ((first, "gamma0", "left"), (last, "lying", "right")):
+    for at, text, side in ((first, "gamma0", "left"), (last, "horizontal", "right")):
         axis.axvline(at, color="black", linewidth=1.2)
         axis.text(at, 0.02, f" {text} ", ha=side, fontsize=7)
     ticks = [4, 6, 10, 20, 40, 90]
     axis.set_xticks(ticks, [str(tick) for tick in ticks])
     axis.minorticks_off()
-    axis.set_title("Rigid sliding has no way on (wedges)", loc="left", fontsize=8, weight="bold")
+    axis.set_title(
+        "Where a rigid peg wedges: friction over tilt", loc="left", fontsize=8, weight="bold"
+    )
     _labelled(axis, "tilt [degrees]", "friction")
     axis.legend(fontsize=6.5, loc="center right", frameon=False)
 
@@ -70,7 +72,7 @@ def _steps(axis, steps):
     if len(smooth):
         axis.axvspan(smooth[0], scales[-1] * 1.3, color="#e4e4e4", zorder=0)
         axis.text(
-            0.98, 0.03, "grey: the law is too smooth,\nangles are off by over 5 %",
+            0.98, 0.03, "grey: friction law too smooth,\nerror of an angle above 5 %",
             transform=axis.transAxes, ha="right", fontsize=6.5,
         )  # fmt: skip
     axis.set_xscale("log")
@@ -78,7 +80,7 @@ def _steps(axis, steps):
     axis.set_xlim(scales[0] / 1.3, scales[-1] * 1.3)
     axis.set_ylim(8.0, 2500.0)
     axis.set_title(
-        "Longest step that keeps the equations", loc="left", fontsize=8, weight="bold"
+        "Longest step with less than 1 % error", loc="left", fontsize=8, weight="bold"
     )  # fmt: skip
     _labelled(axis, "slip scale of the friction law [m/s]", "step [us]")
     axis.legend(fontsize=6.5, loc="upper left", frameon=False)

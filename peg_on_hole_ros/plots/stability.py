@@ -9,10 +9,10 @@ from peg_on_hole_ros.study import edges, map_places
 from peg_on_hole_ros.study import stability as study
 from peg_on_hole_ros.study.stability import Verdict
 
-# Told apart by those who see fewer colours, and in print: Okabe and Ito's.
+# Distinguishable for those who see fewer colours, and in print: Okabe and Ito's.
 VERDICT_COLORS = {
     Verdict.HOLDS: "#009e73",
-    Verdict.UNTOLD: "#8fd0f0",
+    Verdict.UNDETERMINED: "#8fd0f0",
     Verdict.ERRS: "#f0e442",
     Verdict.DIVERGED: "#d55e00",
     Verdict.NONE: "#e4e4e4",

@@ -1,4 +1,4 @@
-"""The edges of where the default holds: found by bisection, and told in words."""
+"""The edges of the range in which the default works: found by bisection, and put in words."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from peg_on_hole_ros.study.map_places import Axis, MapPlace
 from peg_on_hole_ros.study.runs import LEAST_COVERED
 from peg_on_hole_ros.study.stability import DEFAULT, Result, Verdict
 
-# A value that holds and one that does not are apart by at most this factor.
+# A value at which it works and one at which it does not are apart by at most this factor.
 EDGE_RATIO = 1.1
 SIDES = ("below", "above")
 Found = Mapping[tuple[MapPlace, str], Result]
@@ -26,9 +26,9 @@ class Edge(NamedTuple):
     side : str
         Of SIDES.
     last : float or None
-        The furthest value up to which all hold; None: not even the usual one does.
+        The furthest value up to which all work; None: not even the usual one does.
     first : float or None
-        The next one, which does not; None: all hold.
+        The next one, which does not; None: all work.
     results : tuple of (float, Result)
         Away from the usual value, which comes first.
 
@@ -79,18 +79,18 @@ def in_words(edge: Edge) -> str:
     if edge.first is None:
         if furthest == axis.usual:
             return ""
-        return f"no edge {'down' if edge.side == 'below' else 'up'} to {axis.text(furthest)}"
-    text = f"{edge.side} {axis.text(edge.last)} {what(results[edge.first])}"
+        return f"works {'down' if edge.side == 'below' else 'up'} to {axis.text(furthest)}"
+    text = f"{edge.side} {axis.text(edge.last)}: {what(results[edge.first])}"
     if not axis.halved:
-        text = f"at {axis.text(edge.first)} {what(results[edge.first])}"
+        text = f"at {axis.text(edge.first)}: {what(results[edge.first])}"
     beyond = [value for value, _ in edge.results if _beyond(edge, value)]
     if beyond:
         far = results[furthest]
         if far.verdict is not Verdict.HOLDS:
-            text += f"; at {axis.text(furthest)} {what(far)}"
+            text += f"; at {axis.text(furthest)}: {what(far)}"
         again = [axis.text(v) for v in beyond if results[v].verdict is Verdict.HOLDS]
         if again:
-            text += f"; holds again at {', '.join(again)}"
+            text += f"; works again at {', '.join(again)}"
     return text
 
 
@@ -99,20 +99,20 @@ def _beyond(edge, value):
 
 
 def what(result: Result) -> str:
-    """Return what becomes of an estimator that does not hold, in words and figures."""
+    """Return the result of an estimator that does not work, in words and figures."""
     if result.verdict is Verdict.NONE:
-        return "there is no motion on three contacts"
+        return "no motion on three contacts"
     if result.verdict is Verdict.DIVERGED:
-        return f"{result.lost} of {result.seeds} runs are lost"
+        return f"{result.lost} of {result.seeds} runs diverge"
     if result.verdict is Verdict.ERRS:
-        return f"bounds hold in {_percent(result.inside, LEAST_COVERED)} % ({result.worst})"
-    if result.verdict is Verdict.UNTOLD:
-        return f"reactions are determined in {_percent(result.determined, LEAST_DETERMINED)} %"
-    return "holds"
+        return f"bounds of {result.worst} cover {_percent(result.inside, LEAST_COVERED)} %"
+    if result.verdict is Verdict.UNDETERMINED:
+        return f"reactions determined in {_percent(result.determined, LEAST_DETERMINED)} %"
+    return "works"
 
 
 def _percent(share, limit):
-    """Return percent, with as many digits as it takes to tell it from a limit."""
+    """Return percent, with as many digits as it takes to distinguish it from a limit."""
     text = ""
     for digits in range(3):
         text = f"{100.0 * share:.{digits}f}"

@@ -51,13 +51,13 @@ class MapPlace(NamedTuple):
     wrench_noise, angle_noise : float
         Factors of the wrench's noise and of the orientations', stated and true alike.
     delay : float
-        By which stamps of orientations are late [s]; not told.
+        By which stamps of orientations are late [s]; not stated to the estimator.
     holder : float
         Factor of the holder's stiffness, under the same press.
     contact : float
-        Stiffness of a contact [N/m]; it is told to be rigid.
+        Stiffness of a contact [N/m]; contacts are stated as rigid.
     friction_step : float
-        By which friction rises in mid-motion; not told.
+        By which friction rises in mid-motion; not stated to the estimator.
 
     """
 
@@ -130,19 +130,20 @@ MAP_AXES = (
     Axis("size", "diameter", "mm", 1e3,
          (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)),
     Axis("lever", "sensor lever", "mm", 1e3, (0.005, 0.02, 0.07, 0.2, 0.5, 1.0, 2.0)),
-    Axis("speed", "closing", "mrad/s", 1e3, (0.001, 0.003, 0.01, 0.04, 0.16, 0.64, 2.0, 5.0)),
+    Axis("speed", "closing speed", "mrad/s", 1e3,
+         (0.001, 0.003, 0.01, 0.04, 0.16, 0.64, 2.0, 5.0)),
     Axis("friction", "friction", "", 1.0, (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2)),
     Axis("clearance", "clearance", "%", 1.0,
          (0.002, 0.005, 0.01, 0.02, 0.05, 0.2, 1.0, 3.0, 10.0)),
-    Axis("wrench_noise", "noise of wrench", "times", 1.0, (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)),
-    Axis("angle_noise", "noise of orientation", "times", 1.0, (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)),
-    Axis("delay", "joints late, not told", "ms", 1e3,
+    Axis("wrench_noise", "wrench noise", "times", 1.0, (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)),
+    Axis("angle_noise", "orientation noise", "times", 1.0, (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)),
+    Axis("delay", "unstated delay of joints", "ms", 1e3,
          (0.0, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02)),
-    Axis("holder", "stiffness of holder", "times", 1.0,
+    Axis("holder", "holder stiffness", "times", 1.0,
          (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)),
-    Axis("contact", "stiffness of a contact", "N/um", 1e-6,
+    Axis("contact", "contact stiffness", "N/um", 1e-6,
          (1e6, 3e6, 1e7, 3e7, 1e8, 3e8, 1e9, 1e10, _RIGID), halved=False),
-    Axis("friction_step", "friction rises, not told", "", 1.0,
+    Axis("friction_step", "unstated rise of friction", "", 1.0,
          (0.0, 0.01, 0.02, 0.05, 0.1, 0.2)),
 )  # fmt: skip
 _BY_NAME = {axis.name: axis for axis in MAP_AXES}
@@ -232,7 +233,7 @@ def plan_at(place: MapPlace, configuration: Configuration) -> Plan:
 
 
 def _configuration_at(place: MapPlace, configuration: Configuration) -> Configuration:
-    """Return what is there; what the estimator is told leaves out what is not told."""
+    """Return the true configuration; what the estimator gets leaves out what is not stated."""
     scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
     D = place.size
     return replace(

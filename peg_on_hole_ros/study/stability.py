@@ -1,4 +1,4 @@
-"""Where estimators hold, err or diverge: what becomes of one at a place of the map."""
+"""Where estimators work, have wrong bounds or diverge: the result of one at a place of the map."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -41,11 +41,11 @@ _STATES = 6
 
 
 class Verdict(Enum):
-    """What became of an estimator."""
+    """The result of an estimator at a place."""
 
-    HOLDS = "holds"
-    UNTOLD = "says that it does not know"
-    ERRS = "errs: sure and wrong"
+    HOLDS = "works"
+    UNDETERMINED = "reactions not determined"
+    ERRS = "bounds too narrow"
     DIVERGED = "diverged"
     NONE = "no motion on three contacts"
 
@@ -66,7 +66,7 @@ class Result(NamedTuple):
     determined : float
         Share of samples.
     reactions : float
-        Root mean square of the error over the mean reaction; NaN where none are told.
+        Root mean square of the error over the mean reaction; NaN where none are estimated.
     lost : int
         Seeds.
 
@@ -94,7 +94,7 @@ class Settled(NamedTuple):
         Within the stated 95 %.
     determined : ndarray of bool, shape (n,)
     reacts : bool
-        It tells reactions.
+        It estimates reactions.
     lost : bool
         Something is not finite, or the orientation ends too far off.
 
@@ -113,7 +113,7 @@ def settled(truth: Truth, track: Track) -> Settled:
     if found is None:
         nothing = np.empty((0, 9))
         return Settled(nothing, nothing.astype(bool), np.empty(0, bool), False, False)
-    # A NaN of what is told is no answer; one of what is not is left out.
+    # A NaN among published quantities means lost; quantities that it does not have are left out.
     reacts = bool(np.isfinite(found.error[:, _STATES:]).any())
     finite = bool(np.isfinite(found.error[:, : None if reacts else _STATES]).all())
     inside = np.abs(found.error) <= INSIDE_STDDEVS * found.stddev
@@ -122,7 +122,7 @@ def settled(truth: Truth, track: Track) -> Settled:
 
 class Examiner:
     """
-    Tells what becomes of methods at places; keeps the last place's motion.
+    Examines methods at places; keeps the last place's motion.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Examiner:
         self._exact = np.empty((0, 6))
 
     def __call__(self, place: MapPlace, method: str, seeds: Iterable[int]) -> Result:
-        """Return what becomes of a method of COMPARED_METHODS."""
+        """Return the result of a method of COMPARED_METHODS."""
         if place != self._place:
             self._place, self._truth = place, truth_at(place, self.configuration)
             if self._truth is not None:
@@ -150,7 +150,7 @@ class Examiner:
 
 
 def _examined(truth, exact, method, seeds):
-    configuration, make = _told(truth), COMPARED_METHODS[method]
+    configuration, make = _stated(truth), COMPARED_METHODS[method]
     found = []
     for seed in seeds:
         samples = list(measure(truth, seed, exact=exact))
@@ -163,8 +163,8 @@ def _examined(truth, exact, method, seeds):
     return judged(method, found, float(truth.normal.mean()))
 
 
-def _told(truth: Truth) -> Configuration:
-    """Return what an estimator is told: nothing of a delay."""
+def _stated(truth: Truth) -> Configuration:
+    """Return what is stated to an estimator: no delay."""
     configuration = truth.plan.configuration
     joints = replace(configuration.joints, delay=0.0)
     return always_in_contact(replace(configuration, joints=joints))
@@ -189,7 +189,7 @@ def judged(method: str, found: list, mean_reaction: float) -> Result:
     reacts = any(one.reacts for one in found)
     lost = sum(one.lost for one in found)
     if not len(error):
-        return Result(method, len(found), Verdict.UNTOLD, determined=0.0)
+        return Result(method, len(found), Verdict.UNDETERMINED, determined=0.0)
     shares = inside[:, :_STATES].mean(axis=0).tolist()
     if reacts and determined.any():
         shares += inside[determined, _STATES:].mean(axis=0).tolist()
@@ -201,7 +201,7 @@ def judged(method: str, found: list, mean_reaction: float) -> Result:
     elif shares[worst] < LEAST_COVERED:
         verdict = Verdict.ERRS
     elif share < LEAST_DETERMINED:
-        verdict = Verdict.UNTOLD
+        verdict = Verdict.UNDETERMINED
     with np.errstate(invalid="ignore", over="ignore"):
         off = float(np.sqrt(np.mean(error[:, _STATES:] ** 2))) / mean_reaction
     return Result(method, len(found), verdict, QUANTITIES[worst], shares[worst], share, off, lost)

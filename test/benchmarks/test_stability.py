@@ -74,9 +74,9 @@ def a_run(*, outside=0, of=None, determined=100, lost=False, reacts=True):
         ([a_run(outside=7, of="N_B1", determined=60)], Verdict.ERRS, "N_B1"),
         ([a_run(outside=7, of="N_B1")], Verdict.HOLDS, "N_B1"),
         ([a_run(determined=50)], Verdict.HOLDS, "gamma"),
-        ([a_run(determined=49)], Verdict.UNTOLD, "gamma"),
-        ([a_run(determined=0)], Verdict.UNTOLD, "gamma"),
-        ([a_run(reacts=False)], Verdict.UNTOLD, "gamma"),
+        ([a_run(determined=49)], Verdict.UNDETERMINED, "gamma"),
+        ([a_run(determined=0)], Verdict.UNDETERMINED, "gamma"),
+        ([a_run(reacts=False)], Verdict.UNDETERMINED, "gamma"),
         ([a_run(lost=True), *[a_run()] * 9], Verdict.DIVERGED, "gamma"),
     ],
 )
@@ -89,7 +89,7 @@ def test_verdicts(runs, verdict, worst):
 def test_who_tells_nothing_is_not_lost():
     nothing = Settled(np.empty((0, 9)), np.empty((0, 9), bool), np.empty(0, bool), False, False)
     result = judged("any", [nothing] * 2, 1.0)
-    assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
+    assert result.verdict is Verdict.UNDETERMINED and result.determined == 0.0
 
 
 def looked_at(axis, verdict_of, ratio=edges.EDGE_RATIO):
@@ -142,17 +142,17 @@ def test_an_edge_is_the_first_on_the_way_from_the_usual_value():
     edge = edges.edge_of(found, axis, "above")
     assert edge.last < 0.3 <= edge.first
     words = edges.in_words(edge)
-    assert words.startswith(f"above {axis.text(edge.last)} bounds hold in 84 % (gamma')")
-    assert words.endswith("; holds again at 1.2")
+    assert words.startswith(f"above {axis.text(edge.last)}: bounds of gamma' cover 84 %")
+    assert words.endswith("; works again at 1.2")
 
 
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
-        (Verdict.ERRS, "bounds hold in 84 % (gamma')"),
-        (Verdict.UNTOLD, "reactions are determined in 31 %"),
-        (Verdict.DIVERGED, "2 of 10 runs are lost"),
-        (Verdict.NONE, "there is no motion on three contacts"),
+        (Verdict.ERRS, "bounds of gamma' cover 84 %"),
+        (Verdict.UNDETERMINED, "reactions determined in 31 %"),
+        (Verdict.DIVERGED, "2 of 10 runs diverge"),
+        (Verdict.NONE, "no motion on three contacts"),
     ],
 )
 def test_edges_in_words(verdict, words):
@@ -160,8 +160,8 @@ def test_edges_in_words(verdict, words):
     found, _ = looked_at(axis, lambda value: verdict if value > 0.08 else Verdict.HOLDS)
     edge = edges.edge_of(found, axis, "above")
     text = edges.in_words(edge)
-    assert text == f"above {axis.text(edge.last)} {words}; at 300 mm {words}"
-    assert edges.in_words(edges.edge_of(found, axis, "below")) == "no edge down to 0.5 mm"
+    assert text == f"above {axis.text(edge.last)}: {words}; at 300 mm: {words}"
+    assert edges.in_words(edges.edge_of(found, axis, "below")) == "works down to 0.5 mm"
 
 
 @pytest.mark.parametrize(
@@ -169,23 +169,23 @@ def test_edges_in_words(verdict, words):
 )
 def test_a_share_is_told_from_the_limit_that_it_misses(share, text):
     result = Result(study.DEFAULT, 10, Verdict.ERRS, "phi'", share)
-    assert edges.what(result) == f"bounds hold in {text} (phi')"
+    assert edges.what(result) == f"bounds of phi' cover {text}"
 
 
 def test_words_where_there_is_nothing_to_halve():
     late = AXES["delay"]
     found, looks = looked_at(late, lambda value: Verdict.DIVERGED if value else Verdict.HOLDS)
     assert looks == 0
-    assert edges.in_words(edges.edge_of(found, late, "above")).startswith("above 0 ms ")
+    assert edges.in_words(edges.edge_of(found, late, "above")).startswith("above 0 ms: ")
     # Nothing is earlier than in time, and nothing stiffer than rigid.
     assert edges.in_words(edges.edge_of(found, late, "below")) == ""
     contact = AXES["contact"]
     found, _ = looked_at(contact, lambda value: Verdict.HOLDS)
     assert edges.in_words(edges.edge_of(found, contact, "above")) == ""
-    assert edges.in_words(edges.edge_of(found, contact, "below")) == "no edge down to 1 N/um"
+    assert edges.in_words(edges.edge_of(found, contact, "below")) == "works down to 1 N/um"
     found, looks = looked_at(contact, lambda value: Verdict.HOLDS if value > 5e8 else Verdict.ERRS)
     assert looks == 0
-    assert edges.in_words(edges.edge_of(found, contact, "below")).startswith("at 300 N/um bounds")
+    assert edges.in_words(edges.edge_of(found, contact, "below")).startswith("at 300 N/um: bounds")
     found, looks = looked_at(contact, lambda value: Verdict.ERRS)
     assert looks == 0
     assert edges.in_words(edges.edge_of(found, contact, "below")).startswith("not at rigid: ")
@@ -259,7 +259,7 @@ def test_a_place_is_what_is_simulated():
     # Orientations come 2 ms late, and the estimator is told of none.
     first = [sample.t_ns for sample in measure(truth, SEED)][:2]
     assert first[1] - first[0] == 2_000_000
-    assert study._told(truth).joints.delay == 0.0
+    assert study._stated(truth).joints.delay == 0.0
     for axis in MAP_AXES:
         for far in {axis.values[1], axis.values[-2]}:
             assert truth_at(axis.place(far), usual) is not None, (axis.name, far)
@@ -302,7 +302,7 @@ def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsy
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     assert main(["stability", "--quick", "--out", str(whole)]) == 0
     said = capsys.readouterr().out
-    assert "surer" in said and "  closing: no edge down to 40 mrad/s; no edge up to " in said
+    assert "surer" in said and "  closing speed: works down to 40 mrad/s; works up to " in said
     # Of the equations, whatever estimators make of them.
     assert "  closing wedges from 3.62 to 3.7 degrees where friction is 0.14 or more" in said
     calls, examine = [], Examiner.__call__
@@ -382,10 +382,10 @@ def test_an_edge_that_is_looked_for_is_told(tmp_path, tiny, monkeypatch, capsys)
     monkeypatch.setattr(Examiner, "__call__", slow_alone)
     monkeypatch.setattr(command, "QUICK", replace_ratio(command.QUICK, 1.1))
     assert main(["stability", "--quick", "--out", str(tmp_path)]) == 0
-    (line,) = (one for one in capsys.readouterr().out.splitlines() if "closing:" in one)
+    (line,) = (one for one in capsys.readouterr().out.splitlines() if "closing speed:" in one)
     told = float(line.split("above ")[1].split(" mrad/s")[0])
     assert 300.0 / 1.1 * 0.98 <= told <= 300.0
-    assert "bounds hold in 50 % (phi')" in line
+    assert "bounds of phi' cover 50 %" in line
 
 
 def replace_ratio(counts, ratio):
