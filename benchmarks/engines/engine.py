@@ -51,8 +51,9 @@ RATES_OVER = 9
 BOUND_SCALE = 2e-5
 FIRST_SEED = 3000
 HEAD = (
-    "motion", "N, mean", "RMS error over it", "bound over it; error over the bound",
-    "within 95 % bounds", "determined", "without noise: error; within bounds",
+    "motion", "mean of N_K, N_B1, N_B2 [N]", "error: RMS over the mean",
+    "bound over the mean; error over the bound", "coverage of 95 % bounds", "determined",
+    "without noise: error; coverage",
 )  # fmt: skip
 
 

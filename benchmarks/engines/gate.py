@@ -44,8 +44,10 @@ DEVIATIONS = 4.0
 SEED, SEEDS = 930_000, 1
 TOLD = ("exact", "stated")
 HEAD = (
-    "run", "three contacts: covered, rms, determined", "two points: covered, rms, determined",
-    "friction beyond four", "flag [ms]", "covered, told all accuracies",
+    "run", "three contacts: coverage, error, determined",
+    "two points: coverage, error, determined",
+    "samples with friction wrong by over four standard deviations", "flag [ms]",
+    "coverage with accuracies stated",
 )  # fmt: skip
 # Of the first flag [ms]; the others are shares.
 LEVELS = (

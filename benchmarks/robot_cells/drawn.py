@@ -54,9 +54,10 @@ SEED = 62_000
 # A sample slides if each contact of the peg is faster [m/s].
 SLIDES = 2e-3
 HEAD = (
-    "arm", "contact", "insertions", "N_K, N_B1, N_B2 covered", "least of a run", "RMS [N]",
-    "determined while sliding", "gamma covered, least of a run", "flag off, median, most [ms]",
-    "least mode as the engine's", "ERROR",
+    "arm", "contact", "number of insertions", "coverage of N_K, N_B1, N_B2",
+    "coverage, lowest of a run", "RMS error of N_K, N_B1, N_B2 [N]", "determined while sliding",
+    "coverage of gamma, lowest of a run", "error of the flag, median, largest [ms]",
+    "share of the true mode, lowest of a run", "number of runs with an ERROR",
 )  # fmt: skip
 # Those that the engine's loads tell for sure; between contacts a peg bounces for milliseconds.
 SURE_MODES = ("open", THREE_POINT, TWO_POINT)
