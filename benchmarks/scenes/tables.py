@@ -1,4 +1,4 @@
-"""The tables of the scenes: the scores that were promised, and all of them by family."""
+"""The tables of the scenes: the scores that have a limit, and all of them by family."""
 
 from benchmarks.harness.player import ALARMS
 from benchmarks.harness.pooled import pooled, shown_ms, shown_share
@@ -31,32 +31,32 @@ def summary(variants: dict[str, list[dict]]) -> str:
     if not scores:
         return ""
     rows = [
-        ("scenes, transitions", lambda s: f"{s['runs']}, {s['transitions']}", ""),
-        ("flag off, median / 95 % [ms]", _flag, "5 / 20"),
+        ("number of scenes, of transitions", lambda s: f"{s['runs']}, {s['transitions']}", ""),
+        ("error of the flag, median / 95 % [ms]", _flag, "5 / 20"),
         (
-            "missed / false flags",
+            "number of missed / false flags",
             lambda s: f"{s['flag_missed']} / {s['flag_false_runs']}",
             "0 false",
         ),
-        ("forecast given / right at 90 %", _forecast, ".85 to .95"),
+        ("share of forecasts given / right at 90 %", _forecast, "0.85 to 0.95"),
     ]
     for level in ("warn", "error"):
         at = level.upper()
         rows += [
             (
-                f"`jamming` at {at}: precision (near stalls counted false)",
+                f"`jamming` at {at}: precision (near stalls count as false)",
                 lambda s, level=level: _precision(s, "jamming", level, strict=True),
-                ".95",
+                "0.95",
             ),
             (
                 f"wedge at {at}: recall, lead [ms]",
                 lambda s, level=level: _found(s, "jamming", level, "wedge"),
-                ".95, what physics allows",
+                "0.95, as early as possible",
             ),
             (
                 f"stall at {at}: recall, lead [ms]",
                 lambda s, level=level: _found(s, "jamming", level, "stall"),
-                ".95, 50",
+                "0.95, 50",
             ),
             (
                 f"`overload` at {at}: precision; recall, lead [ms]",
@@ -64,7 +64,7 @@ def summary(variants: dict[str, list[dict]]) -> str:
                     f"{_precision(s, 'overload', level)}; "
                     f"{_found(s, 'overload', level, 'overload')}"
                 ),
-                ".95; .95, 50",
+                "0.95; 0.95, 50",
             ),
         ]
     rows += [
@@ -74,16 +74,18 @@ def summary(variants: dict[str, list[dict]]) -> str:
                 f"{_precision(s, 'contact_loss', 'error')}; "
                 f"{_found(s, 'contact_loss', 'error', 'contact_loss')}"
             ),
-            ".95",
+            "0.95",
         ),
-        ("worst calibration error of a mode", _calibration, ".05"),
-        ("contact begins / is lost: told after, median [ms]", _told_after, ""),
-        ("longest wrong mode [s]", lambda s: f"{s['longest_wrong']['max']:.2f}", "none stays"),
+        ("largest calibration error of a mode probability", _calibration, "0.05"),
+        ("delay of the mode, contact begins / is lost, median [ms]", _delays, ""),
+        (
+            "longest time with a wrong mode [s]",
+            lambda s: f"{s['longest_wrong']['max']:.2f}",
+            "no wrong mode stays",
+        ),
     ]
-    head = ["", *scores, "promised"]
-    return table(
-        head, [(name, *map(of, scores.values()), promised) for name, of, promised in rows]
-    )
+    head = ["quantity", *scores, "limit"]
+    return table(head, [(name, *map(of, scores.values()), limit) for name, of, limit in rows])
 
 
 def _share(s):
@@ -117,7 +119,7 @@ def _calibration(s):
     return f"{max(errors):.3f}" if errors else "-"
 
 
-def _told_after(s):
+def _delays(s):
     return " / ".join(shown_ms(s[change]["latency"]["median"]) for change in ("onset", "loss"))
 
 
@@ -146,8 +148,8 @@ def tables(variants: dict[str, list[dict]]) -> str:
 
 def _transitions(scores):
     head = (
-        "family", "runs", "transitions", "flag off, median / 95 % [ms]", "missed", "false",
-        "flicker", "forecast given", "right at 90 %",
+        "family", "runs", "transitions", "error of the flag, median / 95 % [ms]", "missed",
+        "false", "flicker", "forecast given", "right at 90 %",
     )  # fmt: skip
     rows = [
         (

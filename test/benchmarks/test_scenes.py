@@ -488,7 +488,7 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
     assert (folder / "scenes.md").read_text() == f"{short}\n\n{tables(every)}\n"
     flag = by_family(found["matched"])["all"]["flag_error"]
     off = f"{1e3 * flag['median']:.1f} / {1e3 * flag['p95']:.1f}"
-    assert f"| flag off, median / 95 % [ms] | {off} |" in short
+    assert f"| error of the flag, median / 95 % [ms] | {off} |" in short
     assert len({line.count("|") for line in short.splitlines()}) == 1
     assert "Transition and forecast, engine_mismatch:" in text
     assert "| insertion | 1 | 1 |" in text and "| jamming, ERROR | mismatch |" in text
