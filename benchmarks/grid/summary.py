@@ -1,4 +1,4 @@
-"""Tables of the grid: what all cells come to, beside another checkout's, and each kind of cell."""
+"""Tables of the grid: all cells, beside another checkout's, and each kind of cell."""
 
 from typing import NamedTuple
 
@@ -114,29 +114,60 @@ def _median(values):
 
 # Field of Gate, what it is, whether it counts cells of a class, limit over another checkout's.
 _ROWS = (
-    ("states", "worst state's RMS over the bound, outside windows", None, "<= 0.95"),
-    ("reactions", "worst reaction's, outside", None, "<= 0.95"),
-    ("states_in_windows", "worst state's, in windows", None, "<= 1.0"),
-    ("reactions_in_windows", "worst reaction's, in windows", None, "<= 1.0"),
-    ("states_covered", "cells with states covered in 92 %, outside", "outside", ">= 0.95"),
-    ("reactions_covered", "with reactions in 93 %, outside", "outside", ">= 0.95"),
-    ("states_covered_in_windows", "with states in 90 %, in windows", "window", ">= 0.95"),
-    ("reactions_covered_in_windows", "with reactions in 90 %, in windows", "window", ">= 0.95"),
-    ("surely_wrong", "with reactions called determined in less than 85 %", "cells", ""),
-    ("sharp_angles", "stated deviation over RMS error: angles", None, ""),
-    ("sharp_rates", "rates", None, ""),
-    ("sharp_reactions", "reactions", None, ""),
-    ("determined", "share of samples whose reactions are determined, outside", None, ""),
-    ("nis", "mean NIS of orientations (3)", None, ""),
-    ("diverged", "runs that diverged", None, ""),
-    ("start_diverged", "with start errors of 0.1 rad in gamma, 1 rad in psi", None, ""),
+    ("states", "error over the bound, worst state, outside windows", None, "<= 0.95"),
+    ("reactions", "error over the bound, worst reaction, outside windows", None, "<= 0.95"),
+    ("states_in_windows", "error over the bound, worst state, in windows", None, "<= 1.0"),
+    ("reactions_in_windows", "error over the bound, worst reaction, in windows", None, "<= 1.0"),
+    (
+        "states_covered",
+        "cells whose states are covered in 92 %, outside windows",
+        "outside",
+        ">= 0.95",
+    ),
+    (
+        "reactions_covered",
+        "cells whose reactions are covered in 93 %, outside windows",
+        "outside",
+        ">= 0.95",
+    ),
+    (
+        "states_covered_in_windows",
+        "cells whose states are covered in 90 %, in windows",
+        "window",
+        ">= 0.95",
+    ),
+    (
+        "reactions_covered_in_windows",
+        "cells whose reactions are covered in 90 %, in windows",
+        "window",
+        ">= 0.95",
+    ),
+    (
+        "surely_wrong",
+        "cells whose determined reactions are covered in less than 85 %",
+        "cells",
+        "",
+    ),
+    ("sharp_angles", "standard deviation over RMS error, angles", None, ""),
+    ("sharp_rates", "standard deviation over RMS error, rates", None, ""),
+    ("sharp_reactions", "standard deviation over RMS error, reactions", None, ""),
+    ("determined", "share of samples with determined reactions, outside windows", None, ""),
+    ("nis", "mean NIS of orientations (expected: 3)", None, ""),
+    ("diverged", "number of runs that diverged", None, ""),
+    (
+        "start_diverged",
+        "number that diverged after start errors of 0.1 rad in gamma, 1 rad in psi",
+        None,
+        "",
+    ),
 )
 
 
 def gate_table(cells, others=None) -> str:
     """Return a table of what all cells come to, beside those of another checkout."""
     this, other = gate(cells), gate(others) if others else None
-    head = ["", "this", "other", "this over other", "asked for"] if other else ["", ""]
+    head = ["quantity", "this", "other", "this over other", "limit of the ratio"]
+    head = head if other else ["quantity", "found"]
     rows = []
     for name, words, of, limit in _ROWS:
         shown = [_shown(one, name, of) for one in (this, other) if one]
@@ -193,7 +224,9 @@ def sharpness(cells) -> str:
         sharp = [figures["sharp"] for figures in _of(ran, kind)]
         columns.append(np.median(sharp, axis=0) if sharp else np.full(len(QUANTITIES), np.nan))
     rows = [(name, f"{a:.2f}", f"{b:.2f}") for name, a, b in zip(QUANTITIES, *columns)]
-    return table(("stated deviation over RMS error", "outside", "in windows"), rows)
+    return table(
+        ("standard deviation over RMS error", "ratio outside windows", "ratio in windows"), rows
+    )
 
 
 def kinds(cells) -> str:
@@ -208,8 +241,9 @@ def kinds(cells) -> str:
         if "seeds" in cell
     }
     head = (
-        "cells", "number", "worst state, reaction over the bound", "in windows",
-        "covered: states, reactions", "in windows", "determined",
+        "cells", "number of cells", "error over the bound: worst state, reaction",
+        "error over the bound in windows", "cells covered: states, reactions",
+        "cells covered in windows", "share determined",
     )  # fmt: skip
     rows = []
     for name, value in sorted(of_all, key=lambda each: (list(common).index(each[0]), each[1])):
@@ -243,13 +277,21 @@ def summary(cells, others=None) -> str:
     ran = [cell for cell in cells if "seeds" in cell]
     seeds = "; ".join(sorted({f"{c['seeds']} and {c['start_seeds']}" for c in ran}))
     lines = [
-        f"{len(ran)} cells, of each so many noise seeds and starts that are off: {seeds}.", "",
+        f"{len(ran)} cells. Noise seeds of each, and runs with a wrong start: {seeds}.", "",
         gate_table(cells, others), "", sharpness(cells), "", kinds(cells),
     ]  # fmt: skip
     short = shortfalls(cells)
     if short:
-        lines += ["", "Called determined, and covered in less than 85 %:", "", *short]
+        lines += [
+            "",
+            "Cells whose determined reactions are covered in less than 85 %:",
+            "",
+            *short,
+        ]
     ended = {name_of(c).rsplit(" ", 1)[0]: c["end"] for c in cells if c["end"] != "complete"}
     if ended:
-        lines += ["", f"Motions that end early, or lose three-point contact: {len(ended)}."]
+        lines += [
+            "",
+            f"Number of motions that end early or lose three-point contact: {len(ended)}.",
+        ]
     return "\n".join(lines)

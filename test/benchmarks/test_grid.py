@@ -118,11 +118,9 @@ def test_table_and_summary(ran):
     assert {len(row) for row in rows} == {len(rows[0])}
     assert len(rows) == 1 + sum(len(cell.get("classes", {"": {}})) for cell in cells)
     text = summary(cells)
-    assert "Motions that end early, or lose three-point contact: 1." in text
-    assert "| with reactions in 93 %, outside | 2 of 2 |" in text
-    assert text.startswith(
-        f"2 cells, of each so many noise seeds and starts that are off: {SEEDS}"
-    )
+    assert "Number of motions that end early or lose three-point contact: 1." in text
+    assert "| cells whose reactions are covered in 93 %, outside windows | 2 of 2 |" in text
+    assert text.startswith(f"2 cells. Noise seeds of each, and runs with a wrong start: {SEEDS}")
     assert "less than 85 %:" not in text
     surely_wrong = json.loads(json.dumps(cells))
     surely_wrong[0]["classes"]["outside"]["coverage_determined"][1] = 0.8
@@ -181,7 +179,7 @@ def test_another_checkout_sees_the_same_samples(ran, tmp_path):
     this, elsewhere = (row for _, row in runner.run("grid", both, tmp_path, 1, print))
     assert elsewhere["classes"] == this["classes"] and elsewhere["nis"] == this["nis"]
     table = gate_table([this], [elsewhere])
-    assert table.startswith("| | this | other |")
+    assert table.startswith("| quantity | this | other |")
     assert "| 1.00 | <= 0.95 |" in table
     with pytest.raises(RuntimeError, match="holds no checkout"):
         Elsewhere(tmp_path)
@@ -287,10 +285,10 @@ def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
     rows = list(csv.DictReader((ran[0] / "grid.csv").open()))
     assert {row["class"] for row in rows} >= {"outside", "window"}
     assert float(rows[0]["ratio_gamma"]) > 0
-    assert "| runs that diverged | 0 |" in capsys.readouterr().out
+    assert "| number of runs that diverged | 0 |" in capsys.readouterr().out
     text = page.read_text()
     assert text.startswith("before") and text.endswith("after\n") and "old" not in text
-    assert "| runs that diverged | 0 |" in text
+    assert "| number of runs that diverged | 0 |" in text
     with pytest.raises(SystemExit):
         main(["grid", "--seeds", "1"])
     assert "at least 2" in capsys.readouterr().err
