@@ -4,8 +4,8 @@ Faults played into the real node over DDS, and what it publishes held to what ha
     python -m benchmarks.faults.live [--fault TEXT]
 
 A recording with a fault goes as a bag through publishers at its own pace, as drivers send. Ends
-with 1 where a flag of the transition is wrong, a jam untold or an ERROR of jamming false without
-mode `unknown` or an ERROR of the diagnostics, where what the table has is not told, or where the
+with 1 where a flag of the transition is wrong, a jam missed or an ERROR of jamming false without
+mode `unknown` or an ERROR of the diagnostics, where what has to be reported is not, or where the
 node ends.
 """
 
@@ -40,10 +40,10 @@ from peg_on_hole_ros.ros.local_dds import environment, free_domain
 PLAYED = (
     ("closing", "no fault"),
     ("jam", "no fault"),
-    ("closing", "nothing for a while"),
+    ("closing", "no messages for a while"),
     ("jam", "encoders stand still"),
     ("jam", "wrench noise x 5"),
-    ("closing", "the other sign"),
+    ("closing", "wrench with the other sign"),
     ("closing", "played in a loop"),
     ("jam", "5 % of wrenches NaN"),
     ("jam", "the sensor stands still"),
@@ -189,7 +189,7 @@ def shortfalls(recorded: Scene, case: Case, heard: Heard) -> list[str]:
     if not len(heard.true_ns):
         found.append("no estimate")
     if case.told and not any(case.told in line for line in heard.told):
-        found.append(f"not told: {case.told}")
+        found.append(f"not reported: {case.told}")
     if case.level and not heard.told:
         found.append("the diagnostics are OK")
     return found

@@ -9,8 +9,8 @@ from benchmarks.harness.tables import table
 LEVELS = ("OK", "WARN", "ERROR")
 # Of `shortfalls`, in words.
 KINDS = {
-    "flag": "wrong flag", "jam": "jam untold", "false_jam": "false jam", "lost": "no fate",
-    "told": "told", "counts": "not counted", "level": "level", "answer": "answer",
+    "flag": "wrong flag", "jam": "jam missed", "false_jam": "false jam", "lost": "no outcome",
+    "told": "not reported", "counts": "not counted", "level": "level", "answer": "answer",
     "gamma": "gamma", "angles": "angles", "reactions": "reactions",
     "angles_after": "angles then", "reactions_after": "reactions then",
     "back": "back",
@@ -55,14 +55,15 @@ def page(found: dict[str, dict[str, dict]], cases: list[Case]) -> str:
     text = table(("fault", "has to happen", *(HEADS[name] for name in names)), rows)
     if short:
         counts = [(len(of), why) for why, of in short.items()]
-        text += "\n\n### What falls short\n\n" + table(("rows", "why"), counts)
+        text += "\n\n### What falls short\n\n" + table(("number of cells", "reason"), counts)
     return text
 
 
 def must(case: Case) -> str:
     """Return what has to happen with a case, in a few words."""
-    parts = [f"not seen; gamma within {case.gamma * 1e3:g} mrad"] if case.unseen else []
-    parts += ["told"] * bool(case.told) + [LEVELS[case.level]] * bool(case.level)
+    limit = f"not detectable; error of gamma at most {case.gamma * 1e3:g} mrad"
+    parts = [limit] * bool(case.unseen)
+    parts += ["reported"] * bool(case.told) + [LEVELS[case.level]] * bool(case.level)
     parts += ["counted"] * bool(case.counts)
     return "; ".join(parts + [f"“{case.answer}”"] * bool(case.answer))
 

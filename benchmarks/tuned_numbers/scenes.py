@@ -58,11 +58,11 @@ def _called(source, begin, end, at, what):
 FAULTED = {
     "closing_with_slip": (
         "wrench noise x 5", "joint noise x 5", "encoders stand still", "the sensor stands still",
-        "each wrench 10 times", "spikes of 500 N", "saturates at 20 N, 1 N m", "the other sign",
-        "axes 5 of 23", "N mm", "degrees", "1 % of wrenches 80 ms late", "up to 5 ms on the way",
-        "both clocks back by 5 s",
+        "each wrench 10 times", "spikes of 500 N", "saturates at 20 N, 1 N m",
+        "wrench with the other sign", "axes 5 of 23", "torque in N mm", "angles in degrees",
+        "1 % of wrenches 80 ms late", "up to 5 ms of delay", "both clocks jump back by 5 s",
     ),
-    "closing_without_slip": ("5 N along the peg",),
+    "closing_without_slip": ("bias of 5 N along the peg",),
 }  # fmt: skip
 # Of the cycle the second try: free air, touch-down at 8.7 s, slide, transition at 10.29 s, in the
 # hole.

@@ -22,10 +22,10 @@ MS = 1_000_000
 # One of each kind, in one scene or the other; all others in the nightly run.
 OFTEN = (
     "no wrench for a while",
-    "a third lost in bursts",
-    "up to 5 ms on the way",
-    "1 % of wrenches 80 ms ahead",
-    "both clocks back by 5 s",
+    "a third of the messages lost in bursts",
+    "up to 5 ms of delay",
+    "1 % of wrenches stamped 80 ms ahead",
+    "both clocks jump back by 5 s",
     "joint states stamped 5 ms late",
     "wrench noise x 5",
     "joint noise x 5",
@@ -34,10 +34,10 @@ OFTEN = (
     "each wrench 10 times",
     "5 % of wrenches NaN",
     "spikes of 500 N",
-    "the other sign",
+    "wrench with the other sign",
     "axes 7 of 23",
-    "kN",
-    "degrees",
+    "force in kN",
+    "angles in degrees",
     "gamma stands still",
     "tare in contact",
 )
@@ -170,8 +170,8 @@ def test_a_wrong_flag_and_a_jam_untold_count_where_nothing_doubts_them(folder):
 
 def test_what_falls_short_and_what_no_longer_does_are_surprises(monkeypatch):
     monkeypatch.setattr(faults, "known", lambda scene, case: {"told": "it is quiet"})
-    assert faults.surprises("jam", "a", {"told": "not told"}) == []
-    assert faults.surprises("jam", "a", {"told": "not told", "jam": "3 samples"}) == [
+    assert faults.surprises("jam", "a", {"told": "not reported"}) == []
+    assert faults.surprises("jam", "a", {"told": "not reported", "jam": "3 samples"}) == [
         "jam, a: 3 samples"
     ]
     assert faults.surprises("jam", "a", {}) == [
@@ -185,9 +185,9 @@ def test_the_table_tells_what_has_to_happen_and_what_falls_short(folder, tmp_pat
     pairs = faults.pairs(["closing"], [CLEAN, case])
     found = runner.run("faults", pairs, tmp_path, 1, lambda line: None)
     report = faults.report(found, None)
-    assert report.problems == [f"closing, {case.name}: not told"]
+    assert report.problems == [f"closing, {case.name}: not reported"]
     text = report.text
-    assert "| a little noise | told | **" in text
+    assert "| a little noise | reported | **" in text
     assert "| 1 | ? |" in text
     assert must(BY_NAME["tare in contact"]) == "counted; “nothing taken”"
     # It goes on with what it has.

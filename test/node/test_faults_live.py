@@ -15,7 +15,7 @@ pytestmark = pytest.mark.xdist_group("dds")
     [
         pytest.param("jam", "encoders stand still", marks=pytest.mark.nightly),
         pytest.param("jam", "wrench noise x 5", marks=pytest.mark.nightly),
-        ("closing", "nothing for a while"),
+        ("closing", "no messages for a while"),
     ],
 )
 def test_a_fault_is_told_by_the_node_and_neither_flag_nor_jam_is_wrong(tmp_path, name, fault):
