@@ -1,5 +1,5 @@
 """
-What each tuned constant of the estimator earns, by switching its field in the record of settings.
+What each tuned constant of the estimator is worth, by changing its field in the settings.
 
 Cases are motions of the grid's axes and scenes beyond them, with seeds of their own.
 Of each case and seed the logarithm of an error over the shipped estimator's is taken, a mean over
@@ -257,10 +257,10 @@ def report(found, options) -> Report:
     for change, scores in found:
         of.setdefault(change.label, []).extend(Score(*row) for row in scores)
     head = (
-        "change", "states' errors over shipped", "reactions'",
-        "largest of a case: states, reactions",
-        f"runs covered in {100 * LEAST_COVERED:.0f} %: states, reactions", "determined",
-        "called determined: covered, least of a case and reaction",
+        "change", "error of states over shipped", "error of reactions over shipped",
+        "largest error ratio of a case: states, reactions",
+        f"runs covered in {100 * LEAST_COVERED:.0f} %: states, reactions", "share determined",
+        "share of determined reactions covered, lowest of a case",
     )  # fmt: skip
     return Report(table(head, rows(of, options.seeds)))
 
