@@ -5,7 +5,7 @@ Check how the documents are written: words, sentences without a subject, numbers
 
 Prints a line for each finding, and what to write in its place; the exit code is 1 if there is one.
 Without pages, it checks the README files, CONTRIBUTING.md and docs/, except for those that
-`tools/prose.toml` lists as not rewritten yet. That file has the words, too. The length of a
+`tools/prose.toml` exempts. That file has the words, too. The length of a
 sentence is not limited.
 """
 

@@ -10,11 +10,12 @@ class LookTimes(NamedTuple):
     Attributes
     ----------
     period_ns : int
-        Time between two of them [ns].
+        Time between two wrenches that are looked at [ns].
     first_ns : int
-        Time between two of the first: before a contact is detected [ns].
+        Time between two of the first wrenches that are looked at, before a contact is detected
+        [ns].
     first : int
-        How many those are [wrenches].
+        Number of these first wrenches [wrenches].
 
     """
 
@@ -25,14 +26,14 @@ class LookTimes(NamedTuple):
 
 class HypothesisPriors(NamedTuple):
     """
-    What a wrong setting costs before anything is measured.
+    Prior costs of wrong settings.
 
     Attributes
     ----------
     one_wrong : float
-        The first of a hypothesis [nats].
+        Prior cost of the first wrong setting of a hypothesis [nats].
     more_wrong : float
-        Each beside it [nats]: two that are wrong at once are rare.
+        Prior cost of each further wrong setting [nats]: two wrong settings at once are rare.
 
     """
 
@@ -42,21 +43,21 @@ class HypothesisPriors(NamedTuple):
 
 class WrenchBalance(NamedTuple):
     """
-    What a wrench is balanced by, and what of it may be left.
+    The quantities that balance a wrench, and the residual that may remain.
 
     Attributes
     ----------
     likely_frictions : int
-        Frictions that are likely by what is stated [frictions].
+        Number of friction coefficients that are likely with the stated friction [coefficients].
     frictions : int
-        All frictions that are tried, the likely ones first [frictions]: only the wrench as stated
-        may have any other.
+        Number of all friction coefficients that are tried, the likely ones first [coefficients]:
+        only the wrench as stated may have any of them.
     reaction : float
-        What a reaction may be [N].
+        Prior standard deviation of a reaction [N].
     anything : float
-        What a force that nothing explains may be [N].
+        Prior standard deviation of a force that no hypothesis explains [N].
     unexplained : float
-        Share of a load that friction, levers and the peg's shape leave unexplained [-].
+        Share of a load that friction, levers and the shape of the peg leave unexplained [-].
 
     """
 
@@ -74,22 +75,24 @@ class LookWindow(NamedTuple):
     Attributes
     ----------
     kept : int
-        Wrenches that are kept [wrenches]: those of one second.
+        Number of wrenches that are kept [wrenches]: those of one second.
     side : int
-        Neighbours on each side that determine the rates of one [wrenches].
+        Number of neighbours on each side from which the rates of one wrench are computed
+        [wrenches].
     fits : float
-        Squares of what is left, of six components, below which a wrench fits [-]: a chi-squared
+        Sum of the squared residuals of six components below which a wrench fits [-]: a chi-squared
         variable of 6 degrees of freedom is above it once in 160.
     surprise : float
-        Above which it surprises [-]: once in 16.
+        Sum above which a wrench is surprising [-]: chance exceeds it once in 16.
     nothing : float
-        And which nothing explains [-]: it counts no more.
+        Largest sum that counts [-]: a wrench above it is explained by no hypothesis.
     share : float
-        Share of wrenches that surprise from which on other hypotheses are looked at [-].
+        Share of surprising wrenches from which on other hypotheses are tested [-].
     direction : float
-        A slip has a direction where it is so far above zero [standard deviations].
+        A slip has a direction if it is this far above zero [standard deviations].
     steps : int
-        Steps from the best of the frictions that are tried to the one that leaves least [steps].
+        Number of steps from the best of the tried friction coefficients to the one with the
+        smallest residual [steps].
 
     """
 
@@ -110,7 +113,8 @@ class RoundingSteps(NamedTuple):
     Attributes
     ----------
     sizes : tuple of float
-        Steps that are tried, the coarsest first; 0: in none [N], [N m].
+        Steps of rounding that are tried, the coarsest first [N]; 0: no rounding. Torques are
+        rounded to the same number in N m.
 
     """
 
@@ -124,33 +128,32 @@ class WrongWrenchTest(NamedTuple):
     Attributes
     ----------
     news : int
-        Wrenches of one second have their news in common: together they count as so many
-        [wrenches].
+        Wrenches of one second have errors in common [wrenches]: together they count as this many.
     doubt : float
-        A hypothesis is likelier than what is stated by so much, for doubt [nats].
+        Least advantage of a hypothesis over the stated settings for the state "suspected" [nats].
     sure : float
-        And to be reported [nats].
+        Least advantage over the stated settings for a report [nats].
     apart : float
-        And likelier than others, to be distinguished from them [nats].
+        Least advantage over other hypotheses, to be distinguished from them [nats].
     enough : int
-        Wrenches that have to be looked at [wrenches].
+        Least number of wrenches that are looked at [wrenches].
     explained : float
-        Share of them that is explained [-].
+        Least share of them that is explained [-].
     halved : float
-        Share of what was not balanced that may stay so [-].
+        Largest share of the residual of the force balance that may remain [-].
     room : float
-        How far above the noise it may stay [-].
+        Largest remaining residual, over the noise [-].
     often : int
-        Wrenches in a row that are not explained after which only each of so many is looked at
-        closely [wrenches].
+        After this many unexplained wrenches in a row, only one of this many is tested in detail
+        [wrenches].
     weight_known : float
-        Share of the weight to which it is known [-].
+        Standard deviation of the weight, as a share of it [-].
     center_known : float
-        To which the mass centre is known [m].
+        Standard deviation of the mass centre [m].
     carried : float
-        A holder's acceleration, over the most that it is stated to have [-].
+        Acceleration of a holder, over its stated maximum [-].
     vague : float
-        A zero that may be larger than this share of the weight may be taken for it [-].
+        A bias that may be larger than this share of the weight may be mistaken for it [-].
 
     """
 
@@ -176,11 +179,11 @@ class LargerUnitTest(NamedTuple):
     Attributes
     ----------
     times : float
-        It is so many times less than stated [-]: of a kilonewton a thousand times.
+        Ratio of the stated noise to the measured one [-]: a kilonewton gives a thousand.
     fewest : int
-        Wrenches from which on it is suspected [wrenches].
+        Number of wrenches after which another unit is suspected [wrenches].
     enough : int
-        And from which on it is told [wrenches].
+        Number of wrenches after which it is reported [wrenches].
 
     """
 
@@ -196,11 +199,11 @@ class LiesAcrossTest(NamedTuple):
     Attributes
     ----------
     tilt : float
-        Tilt from which on it does [rad]: pegs are set on at some 0.3.
+        Tilt from which on a peg lies across [rad]: pegs are set on the rim at about 0.3 rad.
     near : float
-        Its lower end is so near to the hole, over the peg's height [-].
+        Largest distance of the lower end from the hole, over the height of the peg [-].
     looks : int
-        For so many looks in a row [looks].
+        Number of looks in a row for a report [looks].
 
     """
 
@@ -216,84 +219,88 @@ class SettingFitTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Looks that are kept, 20 ms each [looks].
+        Number of looks that are kept, one every 20 ms [looks].
     silence_ns : int
-        A silence of so long begins anew [ns].
+        After a gap of this length the test restarts [ns].
     fewest_air : int
-        Looks at a peg that hangs free, before contact [looks].
+        Least number of looks at a peg that hangs free, before contact [looks].
     clear : float
-        A peg whose lowest point is so far above the rim hangs free, whatever the wrench [m].
+        A peg whose lowest point is this far above the rim hangs free, whatever the wrench is [m].
     before : int
-        Looks before the first contact that count for neither [looks]: touch-down is told late.
+        Number of looks before the first contact that count neither as air nor as contact [looks]:
+        touch-down is detected late.
     first : int
-        Looks in contact before the first judgement, and from one to the next [looks]; twice as
-        many as there are by then, where one decided nothing.
+        Number of looks in contact before the first evaluation, and between two evaluations
+        [looks]. If an evaluation gave no result, the next one comes after twice as many looks as
+        there were.
     fewest : int
-        Rows that slide on the rim, at least [looks].
+        Least number of rows that slide on the rim [looks].
     most : int
-        And at most, of all that there are [looks].
+        Largest number of rows that are used [looks].
     least_load : float
-        A load on the rim, at least [N].
+        Least load on the rim [N].
     loud : float
-        And so many times the noise [standard deviations].
+        Least load on the rim, over the noise [standard deviations].
     above : float
-        Tilt over gamma0, at least, of three contacts [-].
+        Least tilt over gamma0 on three contacts [-].
     nearest_tilt : float
-        Tilt over gamma0 of what is taken for three contacts, at least [-].
+        Least tilt over gamma0 at which the equations of three contacts are evaluated [-].
     slowest : float
-        Below it a slip has no direction [m/s].
+        Least slip velocity that has a direction [m/s].
     ahead : float
-        Time on both sides by which rates of turned axes are taken [s].
+        Time on both sides over which the rates of turned axes are computed as differences [s].
     unexplained : float
         Share of a load that friction, levers and inertia leave unexplained [-].
     unexplained_much : float
-        And that any cell may have, with gears that bend and contacts that give [-].
+        Largest such share in any cell, with gears that bend and compliant contacts [-].
     zero_force : float
-        Spread of the force's zero, which a tare by wrong settings may have moved so far [N].
+        Prior standard deviation of the bias of the force, which a tare with wrong settings may
+        have caused [N].
     zero_torque : float
-        The same of the torque's [N m].
+        Prior standard deviation of the bias of the torque [N m].
     friction : float
-        Spread of friction about the stated one [-].
+        Prior standard deviation of friction about the stated one [-].
     nothing : float
-        Squares of what is left of a row that nothing explains [-]: it counts no more.
+        Largest sum of squared residuals of a row that counts [-]: no setting explains such a row.
     nothings : tuple of float
-        The same on the way there [-]: from afar every row pulls.
+        Largest sums that count in successive stages of the fit [-]: far from the solution every
+        row contributes.
     steps : int
-        Steps on each [steps].
+        Number of steps in each stage [steps].
     shortenings : int
-        Shortenings of a step [steps].
+        Largest number of times a step is shortened [steps].
     gained : float
-        Of less than this in squares the way ends [-].
+        A stage ends if the gain of a step in squared residuals is smaller [-].
     delays : tuple of float
-        Delays to begin from [s]: between them there may be a hill.
+        Start values of the delay [s]: between two of them the likelihood may have a minimum.
     sure : float
-        A kind is likelier than what is stated by so much [nats].
+        Least advantage of one kind of setting over the stated settings [nats].
     apart : float
-        And than any other [nats].
+        Least advantage over any other kind [nats].
     held_out : float
-        And, found in one half of the contact, in the other [nats].
+        Least advantage in one half of the contact, with the value from the other half [nats].
     explained : float
-        It leaves at most so many times the squares of the noise [-].
+        Largest squared residual that remains, over the noise [-].
     least_mass : float
-        The least mass that is told [kg].
+        Least change of a mass that is reported [kg].
     least_weight : float
-        And as a share of all that hangs [-]: scales are that good.
+        Least such change as a share of all that hangs at the sensor [-]: scales are that accurate.
     near_mass : float
-        A mass lies where another is stated, to so much [m].
+        Largest distance of a mass from its stated place [m].
     least_place : float
-        The least way of the sensor that is told [m].
+        Least displacement of the sensor that is reported [m].
     least_turn : float
-        The least turn [rad].
+        Least rotation that is reported [rad].
     least_larger : float
-        The least change of the logarithm of the clearance [nats].
+        Least change of the logarithm of the clearance that is reported [nats].
     least_delay : float
-        The least delay [s].
+        Least delay that is reported [s].
     far : float
-        Squares of what is left of a row, of three components, that no noise makes [-].
+        Sum of squared residuals of a row, of three components, that noise does not cause [-].
     often : float
-        In so large a share of the rows nothing fits [-].
+        Share of such rows from which on no setting fits [-].
     looks : int
-        In so many judgements in a row [judgements].
+        Number of evaluations in a row in which no setting fits, for a report [judgements].
 
     """
 
@@ -345,18 +352,20 @@ class DeadComponentTest(NamedTuple):
     Attributes
     ----------
     suspected : int
-        Wrenches with one value, bit for bit, after which it is suspected, before any other
-        setting can be reported [wrenches].
+        Number of wrenches with one value, bit for bit, after which a component is suspected,
+        before any other setting can be reported [wrenches].
     reported : int
-        And after which it is reported itself [wrenches].
+        Number of such wrenches after which the component is reported [wrenches].
     most : int
-        Components that stay together at most, force and torque [components]. Where more do, what
-        comes is no sensor's reading: coarsely rounded, or calculated without noise.
+        Largest number of components, force and torque, that stay the same together [components].
+        If more do, the values are no readings of a sensor: coarsely rounded, or computed without
+        noise.
     alive : float
-        Share of distinct values of a component that is alive [-].
+        Share of distinct values of a component that works [-].
     fine : float
-        Least distance of two of its values, over the stated noise [standard deviations]: coarser
-        steps are those of a rounding that may hide the noise of the others as well.
+        Least distance of two values of that component, over the stated noise [standard
+        deviations]: coarser steps come from rounding, which may hide the noise of the other
+        components too.
 
     """
 
@@ -374,45 +383,45 @@ class DelayTrial(NamedTuple):
     Attributes
     ----------
     kept : int
-        Looks that are compared with one another [looks].
+        Number of looks that are compared with one another [looks].
     silence_ns : int
-        Time from one to the next at most [ns].
+        Longest time from one look to the next [ns].
     means : int
-        Means that stand for the wrenches from one to the next [means].
+        Number of means that represent the wrenches between two looks [means].
     every : int
-        Looks between two judgements [looks].
+        Number of looks between two evaluations [looks].
     doubled : int
-        Twice as many after each that decides nothing, up to so often [times].
+        How often this number is doubled after evaluations without a result [times].
     first : float
-        Delay that is tried first, to both sides of the stated one [s].
+        Delay that is tried first, in both directions from the stated one [s].
     tried : tuple of float
-        Delays that are tried to the likelier side [s].
+        Delays that are tried in the more likely direction [s].
     likelier : float
-        From so much on one is looked at closely [nats].
+        Advantage from which on a delay is examined in detail [nats].
     sure : float
-        It has to be likelier than what is stated by so much [nats].
+        Least advantage over the stated delay for a report [nats].
     apart : float
-        And than any other setting [nats].
+        Least advantage over any other setting [nats].
     least : float
-        The least that is reported [s].
+        Least delay that is reported [s].
     agrees : float
-        What one second makes of it and what the seconds before do lie apart by no more
-        [standard deviations].
+        Largest difference between the delay of one second and that of the seconds before [standard
+        deviations].
     finest : float
-        A second tells it no better than this, whatever its noise: a standard deviation [s].
+        Least standard deviation of the delay from one second, whatever its noise [s].
     known : float
-        It is reported once it is known to this: a standard deviation [s].
+        Largest standard deviation of a delay that is reported [s].
     unexplained : float
         Share of a load that friction and levers leave unexplained [-].
     nearest_tilt : float
-        Nearest tilt, over gamma0 [-].
+        Least tilt over gamma0 [-].
     slides : float
-        Slips are so many times one that may be slow [-].
+        Least slip velocity, over that of a contact that may be slow [-].
     changes : float
-        The change of a rate, over its most, that makes a delay differ from a turn of the hole
-        [-].
+        Least change of a rate, over its maximum, that distinguishes a delay from a rotation of the
+        hole [-].
     iterations : int
-        Iterations of a climb [iterations].
+        Number of iterations of a climb [iterations].
 
     """
 
@@ -444,25 +453,25 @@ class FreeAirTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Wrenches that are looked at together [wrenches].
+        Number of wrenches that are compared at once [wrenches].
     span_ns : int
-        The time that they span at least [ns].
+        Least time that they span [ns].
     sure : float
-        A mean that is farther off is no noise [standard deviations].
+        A mean that is farther from zero is not noise [standard deviations].
     stated : float
-        Nor the zero as it is stated [standard deviations].
+        Such a mean also has to be farther from the stated bias than this [standard deviations].
     same : float
-        Variance, over that of the noise, of what stays the same [-].
+        Largest variance of a reading that stays the same, over that of the noise [-].
     likelier : float
-        How much likelier it is [nats].
+        Least advantage of another setting for a report [nats].
     along : float
-        Share of a force that lies along gravity where it is a weight [-].
+        Least share of a force along gravity if the force is a weight [-].
     weight_known : float
-        Share of the weight to which it is known [-].
+        Standard deviation of the weight, as a share of it [-].
     center_known : float
-        To which the mass centre is known [m].
+        Standard deviation of the mass centre [m].
     carried : float
-        Share of the holder's acceleration that lasts [-].
+        Share of the acceleration of the holder that lasts [-].
 
     """
 
@@ -485,19 +494,19 @@ class BurstsTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Stamps that are looked at together [stamps].
+        Number of stamps that are compared at once [stamps].
     fewest : int
-        Of fewer steps between them nothing is told [steps].
+        Least number of steps between stamps for a report [steps].
     bursts : int
-        Pauses between bursts, at least [pauses].
+        Least number of pauses between bursts [pauses].
     close : float
         Stamps of one burst are closer than this share of the mean period [-].
     size : int
-        Wrenches of a burst, at least [wrenches]: a thread that wakes late makes pairs.
+        Least number of wrenches in a burst [wrenches]: a thread that wakes late makes pairs.
     period_ns : int
-        Time from one burst to the next, at least [ns]: less hardly moves a reaction.
+        Least time from one burst to the next [ns]: shorter bursts hardly change a reaction.
     share : float
-        Share of the steps and of the bursts that has to be so [-].
+        Least share of the steps and of the bursts with this pattern [-].
 
     """
 
@@ -517,16 +526,16 @@ class EncoderStep(NamedTuple):
     Attributes
     ----------
     distances : int
-        Distances between distinct values, at least [distances]: so many are whole multiples of
-        the least by chance in one of a million.
+        Least number of distances between distinct values [distances]: this many are whole
+        multiples of the smallest by chance in one case of a million.
     distinct : float
-        Distinct values of a joint, at most this share of its messages [-]: slower than a step
-        from one message to the next, it comes to each several times.
+        Largest number of distinct values of a joint, as a share of its messages [-]: a joint that
+        moves by less than a step from message to message repeats each value.
     off : float
-        A distance is a whole number of steps but for so much, and steps of joints that agree to
-        this are one grid's [-].
+        Largest difference of a distance from a whole number of steps [-]. Steps of several joints
+        that agree to this belong to one grid.
     rounding : float
-        Values closer than this are one [rad].
+        Values closer than this are equal [rad].
 
     """
 
@@ -543,11 +552,11 @@ class CoarseJointsTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Joint states that are looked at together [messages].
+        Number of joint states that are compared at once [messages].
     fewest : int
-        Of fewer nothing is told [messages].
+        Least number of joint states for a report [messages].
     every : int
-        It is looked at once in so many looks of 20 ms [looks]: encoders stay what they are.
+        The test runs once in this many looks of 20 ms, because encoders do not change [looks].
 
     """
 
@@ -563,25 +572,25 @@ class TwinJointsTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Joint states that are looked at together [messages]: 0.13 s at 500 Hz, in which a motion
-        is a parabola.
+        Number of joint states that are compared at once [messages]: 0.13 s at 500 Hz, in which a
+        motion is a parabola.
     kept_steps : int
-        Joint states in which steps of an encoder are looked for [messages].
+        Number of joint states in which steps of an encoder are looked for [messages].
     rounds : int
-        Each message is assigned so many times [rounds].
+        How often each message is assigned to one of the motions [rounds].
     fewest : int
-        Messages of the rarer motion, at least [messages].
+        Least number of messages of the rarer motion [messages].
     turns : int
-        Changes from one to the other, at least [changes]: a step, and a vibration far below the
-        rate of the messages, make fewer.
+        Least number of changes from one motion to the other [changes]: a step, and a vibration far
+        below the message rate, have fewer.
     clear : float
-        The motions are apart by more than so many times what is left of each [-]: halves of one
-        normal distribution are by 2.7, those of a sine by 4.1.
+        Least distance of the motions, over the residual of each [-]: the halves of one normal
+        distribution have 2.7, those of a sine 4.1.
     grid : float
-        Motions of encoders with steps are apart by more than so many [steps]: a joint between two
-        steps toggles.
+        Least distance of the motions in steps of the encoders [steps]: a joint between two steps
+        toggles.
     every : int
-        It is looked at once in so many looks of 20 ms [looks]: who publishes goes on.
+        The test runs once in this many looks of 20 ms, because publishers do not change [looks].
 
     """
 
@@ -597,22 +606,22 @@ class TwinJointsTest(NamedTuple):
 
 class ClockDriftTest(NamedTuple):
     """
-    When the clocks of wrench and joint states part.
+    When the clocks of wrench and joint states drift apart.
 
     Attributes
     ----------
     block_ns : int
-        Time of a block whose median counts [ns]: as long as many messages are under way.
+        Length of a block whose median counts [ns]: the time for which many messages are under way.
     fewest : int
-        Joint states of a block, at least [joint states].
+        Least number of joint states in a block [joint states].
     blocks : int
-        Of fewer nothing is told [blocks].
+        Least number of blocks for a report [blocks].
     most_blocks : int
-        Of so many every second one is kept [blocks].
+        When there are this many blocks, every second one is kept [blocks].
     apart : float
-        They have parted by so much, at least [s]: where reactions begin to be off.
+        Least drift apart for a report [s]: from here on reactions become wrong.
     straight : float
-        And lie on a line, but for this share of that [-].
+        Largest distance of the blocks from a line, as a share of the drift [-].
 
     """
 
@@ -631,23 +640,24 @@ class ClockStepTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Messages that are looked at together [messages].
+        Number of messages that are compared at once [messages].
     around : int
-        Messages before and behind a jump, without another [messages].
+        Number of messages before and after a jump without another jump [messages].
     fewest : int
-        Joint states of these, at least [joint states].
+        Least number of joint states among these [joint states].
     least_ns : int
-        The least jump [ns]: what comes late over a network is less as a rule.
+        Least jump [ns]: delays in a network are usually shorter.
     near : float
-        What the stamps of the other input show agrees with the jump but for this share of it [-].
+        Largest difference between the jump and what the stamps of the other input show, as a share
+        of the jump [-].
     both_ns : int
-        Both clocks jumped back by more: the filter begins anew, and counts it [ns].
+        If both clocks jump back by more, the filter restarts and counts it [ns].
     again_ns : int
-        A recording that is played again begins within so much of its first stamp [ns].
+        A recording that is played again begins within this time of its first stamp [ns].
     settles_ns : int
-        Nothing rests on stamps of before so much later [ns].
+        After this time no result depends on stamps before the jump [ns].
     most : int
-        Steps that are told [steps].
+        Largest number of steps that are reported [steps].
 
     """
 
@@ -669,33 +679,38 @@ class OscillationTest(NamedTuple):
     Attributes
     ----------
     stretch_ns : int
-        Time that is looked at together [ns]: two frequencies 8 Hz apart are two.
+        Length of the part in which a frequency is looked for [ns]: it separates two frequencies
+        that are 8 Hz apart.
     fewest : int
-        Wrenches in it, at least [wrenches].
+        Least number of wrenches in a part [wrenches].
     stretches : int
-        It is told after so many in a row of one frequency [stretches].
+        An oscillation is reported after this many parts in a row with one frequency [stretches].
     lasts : int
-        And is over after so many without it: a touch-down drowns it for a moment [stretches].
+        An oscillation has ended after this many parts in a row without it [stretches]: a
+        touch-down hides it for a moment.
     first_bin : int
-        The first bin that is looked at [bins]: a motion has the ones below.
+        First bin that is examined [bins]: lower bins contain the motion.
     beside : int
-        Bins so far apart are none of one line's [bins].
+        Distance in bins from which on a bin does not belong to a line [bins].
     above : float
-        Power of a line, over the median of all bins, at least [-].
+        Least power of a line, over the median of all bins [-].
     narrow : float
-        And over that of the bins beside it [-].
+        Least power of a line, over that of the bins beside it [-].
     same : float
-        Frequencies that differ by less than this share are one [-].
+        Frequencies that differ by less than this share are equal [-].
     counts : float
-        Amplitude over the stated noise above which it counts as noise [-]: more than the root of
-        two, which is left of any over the noise with it. Slighter, that is not half as much again.
+        Amplitude over the stated noise above which the oscillation counts as noise [-]. It is
+        above the root of two, the amplitude over the noise that any oscillation has if the noise
+        includes it. A smaller one adds less than half to the noise.
     loud : float
-        And above which no contact is sure until then [-].
+        Amplitude over the stated noise above which no contact is declared until the load was
+        averaged over whole periods [-].
     mean_s : float
-        The load is a mean over whole periods of so long at least [s].
+        Least time over which the load is averaged, in whole periods [s].
     slight : float
-        A load below this share of a loud one is none that is told [-]: of the mean little is
-        left of it, and white noise of its size may be a slight contact as well as none.
+        A load below this share of a strong oscillation is not reported [-]: little of the
+        oscillation remains in the mean, and white noise of its size may or may not be a slight
+        contact.
     mains : tuple of float
         Frequencies of the mains, and twice these [Hz].
 
@@ -719,34 +734,34 @@ class OscillationTest(NamedTuple):
 
 class UntakenZeroTest(NamedTuple):
     """
-    When what a peg at rest reads at first may be a zero that nobody has taken.
+    When the first reading of a peg at rest may be a bias without a tare.
 
     Attributes
     ----------
     force : float
-        A component of the force beyond it is no zero [N]: sensors of collaborative robots are some
-        newtons off where nobody has tared them.
+        A larger component of the force is no bias [N]: sensors of collaborative robots have some
+        newtons before a tare.
     torque : float
-        The same of the torque [N m].
+        A larger component of the torque is no bias [N m].
     turned : float
-        A peg that has turned by so much is not at rest [standard deviations]: 1 mrad at the usual
-        0.1 mrad, 6 ms of a closing at 0.16 rad/s.
+        A peg that has turned by more is not at rest [standard deviations]: 1 mrad with the usual
+        orientation noise of 0.1 mrad, 6 ms of a closing at 0.16 rad/s.
     recent : int
-        The mean of the latest so many looks is compared with those before [looks].
+        The mean of this many of the latest looks is compared with the ones before [looks].
     changed : float
-        A load that differs by so much has changed [standard deviations].
+        A load that differs by more has changed [standard deviations].
     sure : float
-        A reading differs from the weight beyond so many deviations of its mean [standard
+        A reading differs from the weight if its mean is farther away than this [standard
         deviations].
     least_noise : float
-        A sensor whose readings differ by less is simulated, and has no zero [standard deviations
-        of the stated noise].
+        A sensor whose readings differ by less is simulated and has no bias [standard deviations of
+        the stated noise].
     noise_ns : int
-        By then a sensor has shown its noise [ns].
+        Time after which a sensor has shown its noise [ns].
     silence_ns : int
-        After a silence that is longer a peg at rest is looked at anew [ns].
+        After a longer gap the test of a peg at rest restarts [ns].
     reported_ns : int
-        What has been open for so long is reported [ns]: what else a wrench may mean is found
+        Time after which an unexplained reading is reported [ns]: other explanations are found
         before.
 
     """
@@ -765,16 +780,16 @@ class UntakenZeroTest(NamedTuple):
 
 class StandingWrenchTest(NamedTuple):
     """
-    When a wrench that stands still is reported; when it does: `measurements.standing_wrench`.
+    When a constant wrench is reported; `measurements.standing_wrench` detects it.
 
     Attributes
     ----------
     zeros_ns : int
-        Zeros where a weight hangs at the sensor [ns]: with diagnostics of 1 Hz that is soon, and a
-        message that was lost is none.
+        Time after which zeros are reported if a weight hangs at the sensor [ns]: early enough for
+        diagnostics at 1 Hz, and longer than one lost message.
     held_ns : int
-        Another value of a sensor with noise [ns]: a driver that bridges a lost packet by the last
-        value is in order.
+        Time after which another constant value of a sensor with noise is reported [ns]: a driver
+        that repeats the last value for a lost packet is in order.
 
     """
 
@@ -789,29 +804,29 @@ class WrenchStep(NamedTuple):
     Attributes
     ----------
     changes : float
-        A component that changes by more is looked at [standard deviations of the stated noise, or
+        A component that changes by more is examined [standard deviations of the stated noise, or
         of what is found].
     line : float
-        A line is drawn through what is read for so long on both sides [s]: loads go on straight
-        for about so long.
+        Time on both sides over which a line is fitted to the readings [s]: loads change linearly
+        for about this long.
     fewest : int
-        Through so many at least [wrenches].
+        Least number of readings for a line [wrenches].
     first : int
-        So many behind a step show it at first [wrenches].
+        Number of readings after a step that first show it [wrenches].
     less : float
-        A sensor that is zeroed reads at most so much of the force before [-]: the rest is what the
-        load has changed since the readings whose mean was taken.
+        Largest reading after a tare, over the force before it [-]: the remaining force is what the
+        load has changed since the readings that were averaged.
     gap : float
-        Wrenches that take so many times as long as usual have a gap [-].
+        A time between wrenches that is this many times the usual one is a gap [-].
     straight : float
-        A load that leaves more than so much of a line does not go on straight [standard
-        deviations].
+        A load whose distance from a line is larger does not change linearly [standard deviations].
     taken : float
-        A driver takes the mean of up to so long as its zero [s].
+        Longest time over which a driver averages its bias [s].
     missed : float
-        Share of a step by which lines miss its ends where the load bends [-].
+        Error of the lines at the ends of a step, as a share of the step, if the load bends there
+        [-].
     sure : float
-        What is read differs from what it should be beyond so much [standard deviations].
+        A reading differs from the expected one beyond this limit [standard deviations].
 
     """
 
@@ -829,31 +844,32 @@ class WrenchStep(NamedTuple):
 
 class ZeroJumpTest(NamedTuple):
     """
-    When a step of the wrench is one of the sensor's zero.
+    When a step of the wrench is a step of the bias.
 
     Attributes
     ----------
     kept_ns : int
-        Wrenches that are looked at [ns].
+        Time of the wrenches that are examined [ns].
     sure : float
-        What is read differs from what it should be beyond so much [standard deviations].
+        A reading differs from the expected one beyond this limit [standard deviations].
     stays_ns : int
-        What stays for so long has jumped [ns]: a motion that reverses with 0.3 rad/s^2 has turned
-        by 1.5 mrad then.
+        A change that stays for this time is a jump [ns]: a motion that reverses with 0.3 rad/s^2
+        has turned by 1.5 mrad in it.
     looks : int
-        Orientations that are kept [looks]: of 0.24 s.
+        Number of orientations that are kept [looks]: those of 0.24 s.
     fewest_looks : int
-        So many have to be there on each side of a step [looks].
+        Least number of orientations on each side of a step [looks].
     turned : float
-        A peg that is off from where it would have turned by so much turns otherwise [standard
-        deviations].
+        The motion has changed if the peg is this far from the angle to which it would have turned
+        [standard deviations].
     rate : float
-        Or by so much of what it has turned [-].
+        The motion has also changed if this distance is more than this share of what the peg has
+        turned [-].
     in_air : int
-        What a free peg reads is the mean over about so many looks [looks]: a second.
+        Number of looks over which the reading of a free peg is averaged [looks]: one second.
     settles_ns : int
-        For so long behind it no contact is told [ns]: until the estimate, which begins anew, has
-        told the contacts again.
+        Time after a jump in which no contact is declared [ns]: the estimate restarts and has to
+        determine the contacts again.
 
     """
 
@@ -875,47 +891,50 @@ class RimMotionTest(NamedTuple):
     Attributes
     ----------
     kept : int
-        Orientations that are looked at together [orientations].
+        Number of orientations that are compared at once [orientations].
     period_ns : int
-        So far apart [ns].
+        Time between two of them [ns].
     silence_ns : int
-        A silence of so long begins anew [ns].
+        After a gap of this length the test restarts [ns].
     every : int
-        Orientations between two looks [orientations].
+        Number of orientations between two evaluations [orientations].
     share : float
-        A path is off that leaves so much of itself unexplained [-].
+        A path contradicts the settings if this share of it is left unexplained [-].
     noisy : float
-        And so many times the noise [-].
+        The unexplained part also has to be this many times the noise [-].
     explained : float
-        One that explains it leaves this share of that [-].
+        A setting explains the path if it leaves at most this share of the unexplained part [-].
     surely : float
-        A peg that leans leaves this share of that, or less [-]: a joint's zero leaves more.
+        Largest share that a peg that leans in its tool leaves [-]: a wrong zero of a joint leaves
+        more.
     surely_way : float
-        And a lower end that is elsewhere this one [-]: joints that are mixed up leave more.
+        Largest share that a displaced lower end leaves [-]: exchanged joints leave more.
     at_noise : float
-        Or so many times the noise [-].
+        A setting also explains the path if it leaves at most this many times the noise [-].
     often : int
-        Looks in a row of which one explains it nearly, and none surely [looks].
+        Number of evaluations in a row in which a setting nearly explains the path, and none
+        explains it well, for a report [looks].
     apart : float
-        And this share of what any other leaves [-].
+        Largest share of what any other setting leaves [-].
     least_lean : float
-        A hole that leans by less is detected by no motion [rad].
+        Least lean of a hole that a motion shows [rad].
     most_lean : float
-        Nor does one that leans by more fit [rad]; nor a peg.
+        Largest lean of a hole or a peg [rad].
     least_turn : float
-        A peg that leans by less in its tool is detected by no motion [rad].
+        Least lean of a peg in its tool that a motion shows [rad].
     least_way : float
-        A lower end that is nearer to where it is stated is not told [m].
+        Least displacement of the lower end that is reported [m].
     most_way : float
-        Nor one that is so far away: no tool is [m].
+        Largest displacement [m]: no tool is longer.
     least_larger : float
-        The same of the logarithm of the clearance over the stated one [nats].
+        Least change of the logarithm of the clearance that is reported [nats].
     most_larger : float
-        And of its most [nats]: diameters of chamfers of 1 mm make 4.2 mm of 0.2 mm.
+        Largest change of the logarithm of the clearance [nats]: the outer diameters of chamfers of
+        1 mm turn 0.2 mm into 4.2 mm.
     steps : int
-        Steps of the fit, and shortenings of each [steps].
+        Number of steps of the fit, and of times that each is shortened [steps].
     small : float
-        Step for the slopes of the fit [-].
+        Step of the differences from which the Jacobians of the fit are computed [-].
 
     """
 
@@ -949,8 +968,8 @@ class StatedGravityTest(NamedTuple):
     Attributes
     ----------
     most_off : float
-        Angle between the two up to which they agree [degree]: a base that stands on a floor, or
-        the direction of a hole that was measured by hand, is off by one or two.
+        Largest angle between both directions at which they agree [degree]: the direction of a base
+        on a floor, or of a hole that was measured by hand, is accurate to one or two degrees.
 
     """
 
@@ -959,23 +978,26 @@ class StatedGravityTest(NamedTuple):
 
 class LateWrenchTest(NamedTuple):
     """
-    When wrenches of before come once more, and when they are in time again.
+    When wrenches repeat earlier ones, and when they are in time again.
 
     Attributes
     ----------
     kept : int
-        Wrenches among which one is looked for [wrenches]: 4 s at 1 kHz.
+        Number of wrenches among which a repeated one is looked for [wrenches]: 4 s at 1 kHz.
     fewest : int
-        So many in a row have to be those of before, and so many lie between [wrenches]: coarse
-        values that toggle come again sooner.
+        Least number of repeated wrenches in a row, and of wrenches in between [wrenches]: coarse
+        values that toggle repeat sooner.
     joints : int
-        Joint states in a row that come again as well: a recording is played once more [messages].
+        Number of joint states in a row that repeat as well if a recording is played again
+        [messages].
     turned : float
-        Tilt from one look to the next above which the motion counts [rad].
+        Change of the tilt from one look to the next above which the motion counts [rad].
     fits : int
-        They are in time once the motion fits them in so many looks of 20 ms [looks].
+        The wrenches are in time again after the motion agrees with them in this many looks of 20
+        ms [looks].
     fits_again : int
-        Or in so many since it did not, which shows that it would not [looks].
+        This many looks are sufficient if the motion disagreed before, which shows that it would
+        disagree again [looks].
 
     """
 
@@ -989,16 +1011,16 @@ class LateWrenchTest(NamedTuple):
 
 class UnobservableTest(NamedTuple):
     """
-    When what is stated is refuted, and which setting it is stays open.
+    When the stated settings are refuted, but the wrong one cannot be determined.
 
     Attributes
     ----------
     period_ns : int
-        Between two looks [ns]: wrenches between have their news in common.
+        Time between two looks [ns]: wrenches in between have errors in common.
     refuted : float
-        The stated friction has to be refuted by so much [nats].
+        Evidence against the stated friction that is needed [nats].
     looks : int
-        In so many looks in a row [looks].
+        Number of looks in a row with this evidence [looks].
 
     """
 

@@ -5,16 +5,16 @@ from typing import NamedTuple
 
 class StampOrder(NamedTuple):
     """
-    What becomes of messages whose stamps do not rise.
+    How messages whose stamps do not rise are treated.
 
     Attributes
     ----------
     clock_jump_ns : int
-        A stamp that is farther behind is a clock that was set back or a bag played again, and no
-        late message [ns].
+        A stamp that lies farther back comes from a clock that was set back, or from a bag that is
+        played again, and not from a late message [ns].
     most_joint_stamps : int
-        Stamps of joint states that are kept at most [stamps]: of 1.5 s, the longest reach, at
-        5 kHz.
+        Largest number of stamps of joint states that are kept [stamps]: those of 1.5 s, the
+        longest reach, at 5 kHz.
 
     """
 
@@ -24,30 +24,32 @@ class StampOrder(NamedTuple):
 
 class Reprocessing(NamedTuple):
     """
-    What is kept to put late messages in their place.
+    Memory for the reprocessing of late messages.
 
-    A snapshot takes some 50 kB, and a fifth of the time that a wrench does.
+    A snapshot takes some 50 kB and a fifth of the computing time of a wrench.
 
     Attributes
     ----------
     most_wrenches : int
-        Wrenches that a late message can reach back over at most [wrenches]: 1.5 s, the longest
-        `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
+        Largest number of wrenches over which a late message can reach back [wrenches]: 1.5 s, the
+        longest `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
     most_waiting : int
-        Orientations that wait for the wrench of their time [orientations]; at 8 kHz these are
-        60 ms.
+        Number of orientations that can wait for the wrench at their time [orientations]; at 8 kHz
+        these are 60 ms.
     room_for_orientations : int
-        What is in use moves to the front when so many are there [orientations].
+        When this many orientations are stored, those in use are moved to the front [orientations].
     snapshot_stride : int
-        While all comes in order, a snapshot is kept before every wrench of so many [wrenches]:
-        going back then begins up to seven wrenches earlier than it would have to.
+        While all messages come in order, a snapshot is kept before one wrench of this many
+        [wrenches]: reprocessing then begins up to seven wrenches earlier than necessary.
     every_snapshot : int
-        After a late message a snapshot is kept before each of so many [wrenches]: others follow.
+        For this many wrenches after a late message, a snapshot is kept before each one [wrenches]:
+        other late messages usually follow.
     recent_snapshots : int
-        The latest wrenches before which every snapshot is kept, once it was [wrenches]; of older
-        ones every eighth.
+        Number of the latest wrenches before which every snapshot is kept, once it was made
+        [wrenches]; of older ones every eighth is kept.
     most_messages : int
-        Messages that are processed at once [messages]: what comes of them is held in memory.
+        Largest number of messages that are processed in one call [messages]: their results are
+        kept in memory.
 
     """
 
@@ -67,28 +69,29 @@ class Tare(NamedTuple):
     Attributes
     ----------
     least_ns : int
-        A tare is a mean over so long at least [ns].
+        Least time over which a tare is averaged [ns].
     fewest : int
-        A tare is a mean of so many at least, where they are to be had [wrenches].
+        Least number of wrenches in a tare, if they are available [wrenches].
     oldest_ns : int
-        No wrench of it is older [ns]: the peg may have touched before.
+        Largest age of a wrench in a tare [ns]: the peg may have touched before.
     most_recent : int
-        The latest wrenches that are at hand for it [wrenches]: `least_ns` at 40 kHz.
+        Number of the latest wrenches that are kept for a tare [wrenches]: `least_ns` at 40 kHz.
     significance : float
-        A peg turns, and a bias is implausible, beyond so much [standard deviations].
+        A peg turns, and a bias is implausible, beyond this limit [standard deviations].
     free_ns : int
-        A peg that is free and still for so long is tared, where that is asked for [ns].
+        A peg that is free and still for this time is tared, if automatic tares are enabled [ns].
     most_rates_stddev : float
-        Rates that are known no better show no peg at rest [rad/s]: within `least_ns` its weight
-        may turn by a tenth of itself. One joint state leaves them at the 1.7 of a start.
+        If the standard deviation of the rates is larger, the peg is not known to be at rest
+        [rad/s]: within `least_ns` its weight may turn by a tenth of itself. After one joint state
+        it is 1.7 rad/s.
     parts : int
-        A load may come or go while wrenches are averaged: so many parts of them have to fit, each
-        alone [parts].
+        Number of parts of the averaged wrenches that have to fit, each alone [parts]: a load may
+        come or go meanwhile.
     untaken_ns : int
-        A peg that has been at rest for so long from the start on, and has read the same, is tared
-        where nobody has tared it before [ns].
+        A requested tare is accepted if the peg has been at rest, with constant readings, for this
+        time from the start on, and was never tared before [ns].
     untaken_automatic_ns : int
-        Where nobody asks for it, it has to be so for so long [ns].
+        Least such time for an automatic tare [ns].
 
     """
 
@@ -111,18 +114,18 @@ class KnownMotion(NamedTuple):
     Attributes
     ----------
     lost : float
-        Without any orientation for longer, constant rates lead anywhere, and rounding does in time
-        [s].
+        Longest time without an orientation [s]: after it, constant rates lead to any angle, and so
+        do rounding errors.
     rests_ns : int
-        On contacts whose reactions have not been determined for longer a peg is at rest [ns].
+        A peg whose contacts have had no determined reactions for longer is at rest [ns].
     vague_tilt : float
-        A tilt that is known to less than this share of gamma0 may show no transition [-]: at a
-        usual 0.16 rad/s it is some 40 ms.
+        If the standard deviation of the tilt is above this share of gamma0, the tilt may not show
+        a transition [-]: at a usual 0.16 rad/s the share is some 40 ms.
     near_transition : float
-        Such a tilt shows none within so much of gamma0 [standard deviations].
+        Such a tilt shows no transition within this distance of gamma0 [standard deviations].
     loaded : float
-        A force that a free peg should read is there beyond so much [standard deviations of the
-        stated noise].
+        The force that a free peg should read counts as present beyond this limit [standard
+        deviations of the stated noise].
 
     """
 
@@ -140,7 +143,8 @@ class AnnouncedMotion(NamedTuple):
     Attributes
     ----------
     behind_ns : int
-        An alarm of the motion may rise so long behind it, and is held for as long [ns].
+        An alarm from an announced motion may rise until this time after the motion, and is held
+        for as long [ns].
 
     """
 
@@ -154,9 +158,9 @@ class DiagnosisStep(NamedTuple):
     Attributes
     ----------
     back_ns : int
-        Stamps that fall by more begin another window [ns]: it holds one stretch of rising stamps.
+        Stamps that fall by more begin a new window [ns]: each window has rising stamps only.
     arrivals : int
-        Runs of stamps that wait for the next wrench to be looked at, at most [runs].
+        Largest number of batches of stamps that wait for the next wrench [runs].
 
     """
 

@@ -19,83 +19,87 @@ _OF_MODES: dict[str, ArrayLike] = {
 
 class Settings(Record):
     """
-    Constants of the estimator; an ablation switches one of them.
+    Constants of the estimator; an ablation changes one of them.
 
-    Those from `inertia` on are no constants: what another method leaves out or does in place of
-    the default.
+    The fields from `inertia` on are not constants: they state what another method leaves out or
+    replaces.
 
     Attributes
     ----------
     modes : int
         How many process-noise modes there are; the arrays have room for more.
     mode_stddev : ndarray, shape (MOST_MODES,)
-        Stationary standard deviation of a held peg's accelerations [rad/s^2], for each
-        process-noise mode: a robot at rest or in steady motion, one that turns round, a peg that
-        jumps. The last but one is that of a start.
+        Stationary standard deviation of the accelerations of a held peg, for each process-noise
+        mode [rad/s^2]: a robot at rest or in steady motion, a reversal, a jump of the peg. A start
+        uses the last but one.
     mode_time : ndarray, shape (MOST_MODES,)
-        Time in which accelerations fade [s], for each process-noise mode. An infinite time:
-        accelerations are constant until the next wrench, which finds them anew within the standard
-        deviation; with a wide one the wrench drives the motion.
+        Time constant with which accelerations decay, for each process-noise mode [s]. If it is
+        infinite, accelerations are constant until the next wrench, which estimates them again
+        within the standard deviation; with a wide standard deviation the wrench drives the motion.
     mode_rate : ndarray, shape (MOST_MODES,)
-        How often a second the motion changes to a mode from one below it [1/s]; it goes back to
-        each mode below as often as it comes to the second.
+        Rate of transitions to a mode from each mode below it [1/s]. Transitions to a lower mode
+        have the rate of the second mode.
     around_axes : float
-        Acceleration about any axis in space, as a share of the mode's standard deviation [-]: a
-        small tilt turns easily.
+        Acceleration about any axis in space, as a share of the standard deviation of the mode [-]:
+        a peg with a small tilt can easily change its azimuth.
     friction_hypotheses : int
-        Friction hypotheses at the start [hypotheses], evenly spread; the standard deviation of
-        each is half its distance to the next: neighbours meet.
+        Number of friction hypotheses at the start, evenly spaced [hypotheses]. The standard
+        deviation of each is half of its distance to the next one, so that neighbours overlap.
     reach : float
-        How far they reach [stated standard deviations].
+        Distance of the outermost friction hypotheses from the stated friction [stated standard
+        deviations].
     joined : float
-        Two friction hypotheses become one where that loses less [nats]: less takes time, and
-        brings reactions in windows 4 % nearer; from 0.02 on wrong hypotheses end up certain.
+        Two friction hypotheses are merged if this loses less information [nats]. A smaller value
+        costs time and makes the error of reactions in windows 4 % smaller; from 0.02 on, wrong
+        hypotheses end with a probability near 1.
     direction_evidence_time : float
-        The evidence of a wrench for a friction hypothesis counts once in this time [s] where the
-        direction of friction is unknown; see `mixture`.
+        Time in which the evidence of the wrenches for a friction hypothesis counts once, if the
+        direction of friction is unknown [s]; see `mixture`.
     direction_time : float
-        Friction of unknown direction is one force for so long, no white noise [s].
+        Correlation time of a friction force of unknown direction [s]: it is one constant force for
+        this long, not white noise.
     reaction_prior : float
-        Prior standard deviation of a reaction, over the load, at each wrench [-]: a narrow one
-        would pull reactions towards what they were.
+        Prior standard deviation of a reaction, over the load, at each wrench [-]: a narrow prior
+        would pull reactions towards their last values.
     settling : float
-        After a start only orientations are used for so long [s]: rates of any size leave the
-        direction of friction open. No acceleration is taken to change a rate by more than
-        1 rad/s within it.
+        Time after a start in which only orientations are used [s]: while rates may have any size,
+        the direction of friction is unknown. Within this time an acceleration changes a rate by 1
+        rad/s at most.
     passes : int
-        How often the equations are linearised with the first wrench [passes], far from which the
-        state may be.
+        How often the equations are linearised at the first wrench of a contact, because the state
+        may be far from it [passes].
     free_walk : float
-        In the air the speed of the robot walks by so much [m/s per root second].
+        Random walk of the speed of the robot in the air [m/s per root second].
     bias_time : float
-        In the air the bias walks by its stated standard deviation in this time [s].
+        Time in which the random walk of the bias, in the air, reaches its stated standard
+        deviation [s].
     touch_time : float
-        A wrench corrects the bias only if nothing has touched the peg for so long after it [s]: a
-        soft touch is detected that late.
+        A wrench corrects the bias only if the peg touches nothing for this time after it [s]: a
+        soft touch is detected so late.
     significance : float
-        What is off by more is no chance [standard deviations]: a tilt whose mean moves by more
-        than its variance accounts for, see `contact_filter`; tilt and reactions of a peg that two
-        points carry.
+        A larger error is not chance [standard deviations]: a tilt whose mean moves by more than
+        its variance accounts for, see `contact_filter`; tilt and reactions of a peg on two points.
     place_time : float
-        A measured depth counts once in this time, longer than a peg slides in: the hole's own
-        place is off by the same for a whole run [s].
+        Time in which a measured depth counts once, longer than a peg needs to slide in [s]: the
+        error of the place of the hole is the same in a whole run.
     outlier : float
-        So many times the variance that is expected [-]: a wrench beyond it is a spike and counts
-        little, two in a row are none; a sample of the noise ratio counts as so much at most; a
-        depth beyond it is none of two points.
+        Ratio of an error to its expected variance from which on it is an outlier [-]: one wrench
+        above it is a spike and gets a small weight, two in a row are not; a sample of the noise
+        ratio is limited to it; a depth above it does not belong to two points.
     noise_count : float
-        The variance of orientations, and of the wrench, is an average over so many [samples]: over
-        fewer, chance would show as noise.
+        Number of samples over which the variance of orientations, and of the wrench, is averaged
+        [samples]: with fewer, chance would look like noise.
     noise_most : float
-        That variance is so many times the stated one at most [-]: more is another unit.
+        Largest ratio of that variance to the stated one [-]: a larger one is another unit.
     top_friction_walk : float
-        On three contacts friction walks by so much in the top mode, if there is a mode below it
-        [per root second]: by 0.18 in the time until the mode goes back, as far as friction may
-        step. With half of it a step in twenty is not followed.
+        Random walk of friction on three contacts in the top mode, if there is a mode below it [per
+        root second]: 0.18 in the time until the mode goes back, which is how far friction may
+        step. With half of it, one step in twenty is not followed.
     least_inherited : float
-        The modes below the top inherit from it only while its weight is at least this [-]. In
-        steady motion it is less: the walk of friction stays out of them, and friction is learnt
-        as one that stays. With ten times as much, two steps in twenty are not followed.
+        Smallest weight of the top mode at which the modes below it are mixed with it [-]. In
+        steady motion its weight is smaller, so that the random walk of friction stays out of them
+        and friction is estimated as a constant. With ten times this value, two steps in twenty are
+        not followed.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
     direction_share : float

@@ -17,9 +17,11 @@ class PoseFloor(NamedTuple):
     Attributes
     ----------
     position_stddev : float
-        Of the place [m]: far below what any sensor of a cell resolves.
+        Standard deviation added to the position [m]: far below the resolution of any sensor in a
+        cell.
     rotation_stddev : float
-        Of the rotation vector [rad]: far below what any sensor of a cell resolves.
+        Standard deviation added to the rotation vector [rad]: far below the resolution of any
+        sensor in a cell.
 
     """
 
@@ -37,9 +39,10 @@ class PushingReactions(NamedTuple):
     Attributes
     ----------
     most_passes : int
-        Bound of the passes [passes]: reactions that are almost one would need them without end.
+        Largest number of passes [passes]: nearly identical reactions would need an unlimited
+        number.
     least_step : float
-        The search ends where a pass moves no reaction by more [standard deviations].
+        The search ends when a pass changes every reaction by less than this [standard deviations].
 
     """
 
@@ -54,10 +57,10 @@ class SlipFloor(NamedTuple):
     Attributes
     ----------
     least_variance : float
-        Of a slip [m^2/s^2]: it is divided by, and may be zero.
+        Least variance of a slip velocity [m^2/s^2]: the code divides by it, and it may be zero.
     least_scale_square : float
-        Of the velocity scale of friction's mean direction [m^2/s^2]: below it a slip has no
-        direction.
+        Least square of the velocity scale of the mean direction of friction [m^2/s^2]: a slip
+        below it has no direction.
 
     """
 
@@ -72,14 +75,14 @@ class MixtureWeights(NamedTuple):
     Attributes
     ----------
     least_weight : float
-        A mode never goes below this weight among those of its friction hypothesis, so that it can
-        return; a hypothesis that does is dropped [-].
+        Least weight of a process-noise mode within its friction hypothesis, so that the mode can
+        return [-]. A friction hypothesis with a smaller weight is dropped.
     longest_mixing : float
-        Mode transitions are counted over no longer a time at once [s]: beyond, more than all
-        would change.
+        Longest time for which mode transitions are computed in one step [s]: in a longer time more
+        than all of the weight would change its mode.
     least_log_ratio : float
-        Logarithm of the least likelihood ratio of two modes that counts [nats]: a mode
-        that one wrench refutes can still return.
+        Least logarithm of the likelihood ratio of two modes [nats]: a mode that one wrench refutes
+        can still return.
 
     """
 
@@ -95,8 +98,8 @@ class ProcessNoiseFloor(NamedTuple):
     Attributes
     ----------
     least_sine_square : float
-        Least squared sine of the tilt that noise about the peg's and the hole's axis is divided
-        by [-]: at the upright both axes are one, and the noise would be infinite.
+        Least squared sine of the tilt by which the noise about the axes of peg and hole is divided
+        [-]: for an upright peg both axes are the same, and the noise would be infinite.
 
     """
 
@@ -110,14 +113,17 @@ class SceneAtMeanBounds(NamedTuple):
     Attributes
     ----------
     nearest_tilt : float
-        The equations are taken no nearer to the tilt at which three contacts become two [rad]:
-        the closed forms end there.
+        Least distance of the tilt from gamma0 at which the equations of three contacts are
+        evaluated [rad]: the closed forms end at gamma0.
     steepest_tilt : float
-        They are taken for no peg that lies [rad].
+        Largest tilt at which the equations are evaluated [rad]: beyond it the peg is nearly
+        horizontal.
     most_log_clearance : float
-        A clearance is estimated within a factor of e to this of the stated one [nats].
+        An estimated clearance differs from the stated one by a factor of at most e to the power of
+        this [nats].
     least_clearance : float
-        What a load leaves of the clearance at least [m]: below zero there is no geometry.
+        Least clearance under a load that compresses the contacts [m]: below zero there is no
+        geometry.
 
     """
 
@@ -134,8 +140,8 @@ class WrenchStep(NamedTuple):
     Attributes
     ----------
     least_time : float
-        Two wrenches count as no closer [s]: correlation times are divided by the time between
-        them, which stamps may leave at zero.
+        Least time between two wrenches in the computation [s]: correlation times are divided by
+        it, and the stamps may be equal.
 
     """
 
@@ -149,8 +155,8 @@ class ParticleDraws(NamedTuple):
     Attributes
     ----------
     wider : float
-        Of the variance that tangents leave [-]: particles reach a little further, as the true
-        posterior may.
+        Factor of the variance of the linearised update with which particles are drawn [-]: the
+        true posterior may be wider.
 
     """
 
@@ -159,12 +165,13 @@ class ParticleDraws(NamedTuple):
 
 class StillTurn(NamedTuple):
     """
-    An angle that a method with fewer degrees of freedom takes for still.
+    An angle that a method with fewer degrees of freedom treats as constant.
 
     Attributes
     ----------
     stddev : float
-        Of such an angle before each orientation [rad]: so wide that it is where that has it.
+        Standard deviation of such an angle before each orientation [rad]: so large that the
+        orientation alone determines the angle.
 
     """
 

@@ -14,30 +14,32 @@ class SteadySliding(NamedTuple):
     Attributes
     ----------
     half_window : int
-        Angles and rates come from local parabolas over so many neighbours on either side [joint
+        Angles and rates come from local parabolas over this many neighbours on either side [joint
         states].
     quiet_width : float
-        Width of the mean over the wrench that leaves its motion without its noise [s]: a guided
+        Width of the mean that removes the noise of the wrench but not its motion [s]: a guided
         motion changes little within it.
     slow_slip : float
-        Below this slip, over the hole's diameter, a contact may stick [1/s].
+        Slip velocity over the diameter of the hole below which a contact may stick [1/s].
     rest : float
-        Within this time of a contact that may stick friction has no one value [s].
+        Within this time of a contact that may stick, friction has no single value [s].
     ample : float
-        Of the turning rate that gives the slow slip, what is advised to be recorded [-].
+        Turning rate that is recommended for a recording, over the rate that gives the slow slip
+        [-].
     nearest_tilt : float
-        Nearer to the transition than this, over gamma0, two contacts merge, and the split of the
-        load between them is lost [-].
+        Tilt over gamma0 below which two contacts merge, so that the load on each is not determined
+        [-].
     steepest_tilt : float
-        Beyond it the peg lies, and the closed forms end [rad].
+        Largest tilt [rad]: beyond it the peg is nearly horizontal, and the closed forms end.
     strong_quantile : float
         Quantile of the load that counts as strong [-]: the maximum may be an impact.
     load_share : float
-        A load below this share of a strong one may be a sensor's bias on a peg in the air [-].
+        A load below this share of a strong one may be the bias of the sensor while the peg hangs
+        in the air [-].
     gap_periods : int
-        A silence of so many median periods ends a part [periods].
+        A gap of this many median periods ends a part [periods].
     shortest_part : int
-        A part has at least so many [joint states]: the start of each counts for nothing.
+        Least length of a part [joint states]: the start of each part is not counted.
 
     """
 
@@ -56,21 +58,21 @@ class SteadySliding(NamedTuple):
 
 class CountedEvents(NamedTuple):
     """
-    What of a recording counts in its likelihood.
+    Which part of a recording counts in its likelihood.
 
     Attributes
     ----------
     uncounted_orientations : int
-        Orientations at the begin of a part that only determine where it starts [joint states].
+        Orientations at the start of a part that only determine its initial state [joint states].
     settling : float
-        Wrenches count from so long after the begin of a part [s]: the estimator's own settling,
-        and what a delay may be.
+        Wrenches count from this time after the start of a part [s]: the estimator settles, and the
+        joints may be delayed.
     knot_spacing : float
-        Time between the knots of the smooth motion that a delay moves the angles along [s]: with
-        half as much noise looks like motion.
+        Time between the knots of the smooth motion along which a delay shifts the angles [s]: with
+        half of it, noise looks like motion.
     reaction_prior : float
-        Prior standard deviation of a reaction over the load [-]: with a near one, the smaller
-        reactions would be likelier.
+        Prior standard deviation of a reaction over the load [-]: with a narrower prior, smaller
+        reactions would be more likely.
 
     """
 
@@ -82,7 +84,7 @@ class CountedEvents(NamedTuple):
 
 class FirstGuess(NamedTuple):
     """
-    How far off a start may be for the estimator that gives the first guess.
+    Uncertainty of the start of the estimator that computes the first guess.
 
     Attributes
     ----------
@@ -93,10 +95,11 @@ class FirstGuess(NamedTuple):
     small_bias_share : float
         Standard deviation of the bias of the force over the load, in a guess near the start [-].
     large_bias_share : float
-        The same in a guess that goes far [-].
+        Standard deviation of the bias of the force over the load, in a guess far from the start
+        [-].
     passes : int
-        Each pass begins where the one before ended: Jacobians that are evaluated far off lead
-        only so near [passes].
+        Each pass begins at the result of the last one [passes]: Jacobians that are evaluated far
+        from the solution lead only part of the way.
 
     """
 
@@ -114,24 +117,26 @@ class Scoring(NamedTuple):
     Attributes
     ----------
     most_iterations : int
-        Bound of the iterations from the best start [iterations].
+        Largest number of iterations from the best start [iterations].
     few_iterations : int
-        Bound from a second start [iterations]: it is enough to see that it leads elsewhere.
+        Largest number of iterations from a second start [iterations]: they show whether it leads
+        to another solution.
     most_halvings : int
-        How often a step that gains nothing is shortened [times].
+        How often a step without gain is shortened [times].
     shortening : float
-        To which share a step that gains nothing is shortened [-].
+        Factor by which a step without gain is shortened [-].
     least_promise : float
-        The search ends where a step promises less [nats]: a tenth of a standard deviation in each
-        of ten directions.
+        The search ends when the predicted gain of a step is smaller [nats]: a tenth of a standard
+        deviation in each of ten directions.
     least_gain : float
-        The search ends where a step gained less [nats]: ridges of what looks alike are long and
-        bent.
+        The search ends when the gain of a step was smaller [nats]: parameters that look alike form
+        long, curved ridges of the likelihood.
     explained_nis : float
-        Mean normalised innovation squared, of three degrees of freedom, up to which a run explains
-        a recording [-]: a third too large.
+        Largest mean normalised innovation squared, of three degrees of freedom, with which a run
+        explains a recording [-]: a third too large.
     block : int
-        So many events in a row are summed to see how much the scores vary [events].
+        Number of consecutive events whose scores are summed, to measure how much the scores vary
+        [events].
 
     """
 
@@ -152,23 +157,25 @@ class CalibratedRecording(NamedTuple):
     Attributes
     ----------
     most_joint_states : int
-        More are left out, evenly [joint states]: they cost time and add little.
+        Joint states beyond this number are left out evenly [joint states]: they cost time and add
+        little.
     piece : int
-        Parts are thinned by pieces of so many [joint states].
+        Parts are thinned in pieces of this length [joint states].
     shortest_piece : int
-        What is kept of a piece at least [joint states]: the start of each counts for nothing.
+        Least length of a piece that is kept [joint states]: the start of each piece is not
+        counted.
     fewest_innovations : int
-        A calibration needs so many [joint states]: some blocks of them, by which the intervals
-        are widened.
+        Least number for a calibration [joint states]: several blocks, by which the intervals are
+        widened.
     farther_tilt : float
-        With a clearance that is stated too small, tilts nearer than this, over the stated gamma0,
-        may be those of a peg in the hole, which no parameters of three contacts explain; gamma0
-        goes with the root of the clearance: up to twice the stated one [-].
+        If the clearance is stated too small, tilts below this, over the stated gamma0, may belong
+        to a peg in the hole, which no parameters of three contacts explain [-]. gamma0 varies with
+        the square root of the clearance, so this covers up to twice the stated clearance.
     unexplained_nis : float
         A recording with a larger mean normalised innovation squared, of three degrees of freedom,
-        determines nothing [-]: three times what noise leaves.
+        determines nothing [-]: noise gives a third of it.
     turning_rate : float
-        A peg that turned faster both ways turned both ways [rad/s].
+        The peg turned both ways if it turned faster than this in both directions [rad/s].
 
     """
 
@@ -190,27 +197,28 @@ class CalibrationSearch(NamedTuple):
     most_friction : float
         Upper limit of friction [-].
     most_delay : float
-        Limit of the delay, to both sides [s].
+        Limit of the delay, in both directions [s].
     least_clearance_share : float
         Lower limit of the clearance, over the stated one [-].
     most_climbs : int
-        Climbs from one start at most [climbs].
+        Largest number of climbs from one start [climbs].
     second_start_loss : float
-        A second start is tried where it is no more below the best [nats].
+        A second start is tried if its likelihood is at most this far below the best [nats].
     equal_likelihood : float
-        A start that ends lower than the best by less is as likely [nats].
+        A start whose result is less than this below the best is equally likely [nats].
     short_recording_factor : float
-        Likelihoods of short recordings differ by so many times what white noise would give [-].
+        Factor by which likelihoods of short recordings differ more than white noise would cause
+        [-].
     change_level : float
-        Chance that something changes where nothing has to [-].
+        Probability that a parameter is reported as changed although it need not be [-].
     freed_at_once : int
-        Of what stayed as it was, so many are set free at once, where keeping it costs too much
+        Number of fixed quantities that are freed at once if keeping them fixed costs too much
         likelihood [quantities].
     named_share : float
-        Of a direction that is not determined, the share of its longest part from which a quantity
-        is named [-].
+        In a direction that is not determined, a quantity is named if its component is at least
+        this share of the largest one [-].
     usual_runs : int
-        Runs of a usual calibration, for its progress [runs].
+        Number of runs of a typical calibration, for its progress display [runs].
 
     """
 
@@ -234,11 +242,13 @@ class ObservedMotion(NamedTuple):
     Attributes
     ----------
     alike : float
-        Correlated by more, two parameters look nearly the same [-].
+        Two parameters with a higher correlation have nearly the same effect [-].
     shortest_sliding : float
-        From less sliding the load of the rim is not known [s]: at a touch-down it is nothing.
+        With a shorter time of sliding the load of the rim is not known [s]: at a touch-down it is
+        zero.
     significance : float
-        A contact that is slower may stick, and determines nothing [standard deviations].
+        A contact whose slip velocity is nearer to zero may stick, and determines nothing [standard
+        deviations].
 
     """
 
@@ -254,11 +264,12 @@ class SpikeTest(NamedTuple):
     Attributes
     ----------
     far : float
-        So many times farther off the lines through its neighbours than samples usually are [-]:
-        of a million samples of white noise the farthest is 4 times as far off as the median.
+        A sample is an outlier if its distance from the lines through its neighbours is this many
+        times the usual distance [-]: of a million samples of white noise, the largest distance is
+        4 times the median.
     beside : int
-        What is usual is that of the whole recording, or of so many on either side [samples]: an
-        impact that rings is no outlier.
+        The usual distance is that of the whole recording, or of this many samples on either side
+        [samples]: the ringing after an impact is no outlier.
 
     """
 
@@ -273,13 +284,14 @@ class NoiseBlocks(NamedTuple):
     Attributes
     ----------
     block : int
-        The median over blocks of so many ignores the blocks with impacts [samples].
+        Length of the blocks whose median is taken [samples]: the median ignores blocks with
+        impacts.
     fewest_blocks : int
-        Of fewer there is no median [blocks].
+        Least number of blocks for a median [blocks].
     gap_periods : float
-        Samples farther apart than so many median periods are not neighbours [periods].
+        Samples farther apart than this many median periods are not neighbours [periods].
     floor : float
-        What is left of a motion, and of the median's own error, over the noise [-].
+        Remaining effect of motion, and of the error of the median, over the noise [-].
 
     """
 
@@ -296,22 +308,23 @@ class LowPassTest(NamedTuple):
     Attributes
     ----------
     stretch : int
-        Wrenches that are looked at together; the quietest of all such stretches counts
-        [wrenches].
+        Number of wrenches that are compared at once [wrenches]; the quietest of all such parts
+        counts.
     enough : int
-        Of fewer stretches nothing is reported [stretches].
+        Least number of parts for a report [stretches].
     apart : int
-        Wrenches so many behind one another are apart [wrenches].
+        Distance of the wrenches that count as far apart [wrenches].
     alike : float
-        How many times the noise of those apart is that of neighbours, where they are alike [-].
+        A low-pass filter is reported if the noise between distant wrenches is this many times the
+        noise between neighbours [-].
     steepest : float
-        And no more times: no filter of first order makes it eight times [-].
+        Largest such ratio [-]: no filter of first order gives eight times.
     noisy : float
-        Share of the stated noise below which there is none to compare [-].
+        Share of the stated noise below which there is no noise to compare [-].
     kept : int
-        The cut-off is found in the last so many stretches [stretches].
+        Number of the latest parts from which the cut-off is determined [stretches].
     as_quiet : float
-        Those whose noise is alike by less than so many times that of the quietest are as quiet
+        Parts whose ratio is less than this many times that of the quietest one count as quiet too
         [-].
 
     """
@@ -333,22 +346,21 @@ class StillPoseTest(NamedTuple):
     Attributes
     ----------
     shortest : float
-        A pose lasts at least so long [s].
+        Least duration of a pose [s].
     still_rate : float
-        A peg that turns faster is not still [rad/s].
+        Largest turning rate of a peg at rest [rad/s].
     least_spread : float
-        A spread of gravity's direction that is smaller determines nothing in practice [-].
+        Least spread of the directions of gravity that determines anything in practice [-].
     center_stddev : float
-        The mass centre has to be known to so much [m].
+        Largest standard deviation of the mass centre [m].
     significance : float
-        A payload below so many of its standard deviations has no mass centre [standard
-        deviations].
+        A payload of fewer standard deviations has no mass centre [standard deviations].
     most_left : float
-        Forces of still poses that are so far from a weight and a zero are in other axes, or
-        something touches [N]: means over half a second of a noise of 5 N are that near.
+        If forces of still poses differ from a weight and a bias by more, they are in other axes,
+        or something touches [N]: means over half a second of a noise of 5 N are that accurate.
     most_compensated : float
-        Where a controller takes the weight off, forces of still poses differ by less [N]: a
-        payload of 5 kg that it knows to 4 %.
+        If a controller subtracts the weight, forces of still poses differ by less [N]: a payload
+        of 5 kg that the controller has to 4 %.
 
     """
 
@@ -368,21 +380,21 @@ class HandPress(NamedTuple):
     Attributes
     ----------
     least_force : float
-        A press is at least so strong [N].
+        Least force of a press [N].
     released_share : float
-        Between two presses the force falls below this share of the least [-].
+        Between two presses the force falls below this share of the least force [-].
     firm_share : float
-        Where the force is above this share of the press's largest, the hand is firm, and so is its
-        direction [-].
+        While the force is above this share of the largest force of the press, its direction is
+        steady [-].
     shortest : float
-        A press lasts at least so long [s].
+        Least duration of a press [s].
     averaged : float
-        The force is a mean over so long [s].
+        Time over which the force is averaged [s].
     snap : float
-        Nearer to a quarter or half turn, a sensor is mounted at it [degrees]: one that is mounted
-        with care is off by less than a hand is.
+        If a sensor is nearer to a quarter or half turn than this, it is assumed to be mounted
+        exactly at it [degrees]: a careful mounting is more accurate than a hand.
     most_miss : float
-        By so much a hand may miss its directions [degrees].
+        Largest error of the direction of a hand [degrees].
 
     """
 
@@ -402,20 +414,20 @@ class InsertedEnd(NamedTuple):
     Attributes
     ----------
     averaged : float
-        The peg's place and axis at the end are means over so long [s].
+        Time at the end over which place and axis of the peg are averaged [s].
     aside : float
-        The way into the hole is so many clearances wide at most [clearances]: the peg has one
-        to each side.
+        Largest width of the way into the hole [clearances]: the peg has one clearance to each
+        side.
     flex : float
-        An arm that is pushed aside by the hole seems to move by up to so much more [m].
+        An arm that the hole pushes aside seems to move by up to this much more [m].
     least_depth : float
-        The peg has gone in by so many clearances at least [clearances]: it is within a tenth of
-        a radian of the hole's axis then.
+        Least depth of an inserted peg [clearances]: at this depth it is within a tenth of a radian
+        of the axis of the hole.
     most_off : float
-        A hole that is stated farther off than that, beyond what the clearance leaves open, is
-        stated wrongly [degrees]: what is read from a drawing or taught by hand is nearer.
+        A stated direction of the hole with a larger error, beyond what the clearance leaves open,
+        is wrong [degrees]: a drawing, or teaching by hand, is more accurate.
     most_aside : float
-        The same of its place [m].
+        A stated place of the hole with a larger error is wrong [m].
 
     """
 
@@ -434,13 +446,14 @@ class TouchedPlateFit(NamedTuple):
     Attributes
     ----------
     least_spread : float
-        Root of the sum of squares of how far the touches lie from one line [m]: of nearer ones an
-        arm's errors of 0.1 mm would turn the plate by more than a degree.
+        Root of the sum of the squared distances of the touches from one line [m]: with a smaller
+        one, errors of 0.1 mm of the arm would turn the plate by more than a degree.
     stddev : float
-        Of one touch along the plate's normal [m]: an arm comes to a place within some 0.1 mm.
+        Standard deviation of one touch along the normal of the plate [m]: an arm reaches a place
+        within about 0.1 mm.
     most_passes : int
-        Times that the plate and the lowest points of a leaning peg are found from each other
-        [count]; both settle within three.
+        How often the plate and the lowest points of a leaning peg are computed from each other
+        [count]; both converge within three passes.
 
     """
 

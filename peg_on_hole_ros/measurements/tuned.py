@@ -10,9 +10,9 @@ class AngleFloor(NamedTuple):
     Attributes
     ----------
     least_sine : float
-        Sine of the tilt below which the turns about the peg's and the hole's axis are one for
-        every sensor [-]: the floor keeps the covariance of psi and phi finite (sigma / 1e-6 is
-        thousands of turns).
+        Sine of the tilt below which no sensor can distinguish turns about the axes of peg and hole
+        [-]: the floor keeps the covariance of psi and phi finite (sigma / 1e-6 is thousands of
+        turns).
 
     """
 
@@ -26,11 +26,12 @@ class RepeatedValues(NamedTuple):
     Attributes
     ----------
     runs : int
-        Runs of one length in a row that make it a rule [runs].
+        Number of consecutive runs of equal length after which repeats count as a rule [runs].
     turned : float
-        By so much the peg has turned away from a value that is repeated [standard deviations].
+        The repeats are no measurements if the peg has turned away from the repeated value by this
+        much [standard deviations].
     reported : float
-        A value that is repeated for longer while the peg turns is reported [s].
+        A value that repeats for longer while the peg turns is reported [s].
 
     """
 
@@ -46,23 +47,24 @@ class StandingWrench(NamedTuple):
     Attributes
     ----------
     fewest : int
-        A value has to come more often in a row [wrenches]: of a sensor whose noise is half of its
-        resolution all six components repeat so often once in 1e7 times.
+        A value has to repeat more often than this in a row [wrenches]: for a sensor whose noise is
+        half of its resolution, all six components repeat so often once in 1e7 times.
     longer : int
-        And so many times more often than this sensor usually repeats values [-].
+        The value also has to repeat this many times more often than is usual for this sensor [-].
     kept : float
-        Noise is looked for in about so many of the latest values [values].
+        Number of the latest values in which noise is looked for [values].
     turns : int
-        In so many of six components steps turn back where a value shows noise [components]: of
-        white noise two in three do.
+        A value shows noise if the steps of this many of the six components reverse [components]:
+        in white noise two of three steps do.
     least_noise : float
-        Steps that turn back by less, in stated standard deviations, are no noise [-]: a
-        calculated load has rounding errors.
+        Smaller reversing steps, over the stated standard deviation, are not noise [-]: a computed
+        load has rounding errors.
     noisy : float
         Share of the latest values that has to show noise [-].
     lasts : float
-        Of a sensor with noise the value has to stay for longer [s]: by then one that is slower
-        than its publisher has a new one, and what is not zero is true for a moment.
+        If the sensor has noise, the value has to stay for longer [s]: by then a sensor that is
+        slower than its publisher has a new value. A value other than zero may be true for a
+        moment.
 
     """
 
@@ -82,24 +84,25 @@ class InnovationWindow(NamedTuple):
     Attributes
     ----------
     mode_count : int
-        The mean over so many corrections shows whether a contact mode fits [corrections].
+        Number of corrections in the mean that shows whether a contact mode fits [corrections].
     most_against_mode : float
-        Against a mode each normalised innovation squared counts as so much at most [-]: one that
-        noise has thrown is no other contact, which surprises again and again.
+        Largest normalised innovation squared that one correction counts as evidence against a mode
+        [-]: a single outlier is no other contact, because another contact gives large innovations
+        again and again.
     settings_count : int
-        Window of median and drift [corrections]: enough to distinguish `large_median` from the
-        median of a chi-squared variable of 3 degrees of freedom, 2.37, by five standard deviations
-        of a median (0.19).
+        Window of median and drift [corrections]: large enough to distinguish `large_median` from
+        the median of a chi-squared variable of 3 degrees of freedom, 2.37, by five standard
+        deviations of a median (0.19).
     large_median : float
-        Median above which normalised innovations squared are too large [-]; of fewer than the
-        window it has to be farther above, by the root.
+        Median above which normalised innovations squared are too large [-]. If the window is not
+        full, the limit is higher, by the square root of the count.
     fewest : int
-        Of fewer there is no median [corrections].
+        Least number of corrections for a median [corrections].
     drift : float
-        Square of the whitened sum over the window above which innovations lean one way [-]: a
-        chi-squared variable of 3 degrees of freedom is above it once in 7e5 windows. Over 11 s of
-        a working cycle the largest was 17, with a friction that is not as estimated after each
-        turn.
+        Square of the whitened sum over the window above which the innovations have a common
+        direction [-]: a chi-squared variable of 3 degrees of freedom is above it once in 7e5
+        windows. In 11 s of a working cycle, in which the friction after each turn differs from the
+        estimate, the largest value was 17.
 
     """
 
@@ -135,15 +138,15 @@ class PlausibleJoints(NamedTuple):
     Attributes
     ----------
     orientation_stddev : float
-        Floor of the rotation vector's standard deviation, each component [rad]: below what any
-        robot resolves. Joints that turn the peg about fewer than three axes would leave a
-        covariance that cannot be inverted.
+        Floor of the standard deviation of each component of the rotation vector [rad]: below the
+        resolution of any robot. Joints that turn the peg about fewer than three axes would
+        otherwise leave a singular covariance.
     limit_margin : float
-        A joint farther beyond the limits of its description is another joint, or in degrees;
-        drivers do report a hair beyond them [rad].
+        A joint value farther beyond the limits of the description belongs to another joint or is
+        in degrees [rad]; drivers do report values slightly beyond the limits.
     most_turned : float
-        psi or phi of a joint that counts its turns [rad]: beyond, a double is as coarse as an
-        encoder.
+        Largest psi or phi of a joint that counts its turns [rad]: beyond it, a double is as coarse
+        as an encoder.
 
     """
 
@@ -154,21 +157,21 @@ class PlausibleJoints(NamedTuple):
 
 class SaturationTest(NamedTuple):
     """
-    When a component of the wrench stands at an end of what the sensor measures.
+    When a component of the wrench is at a limit of the sensor.
 
     Attributes
     ----------
     stays : int
-        So many wrenches in a row in which one component has one value, bit for bit, while others
-        go on [wrenches].
+        Number of consecutive wrenches in which one component has the same value, bit for bit,
+        while other components change [wrenches].
     fewest_runs : int
-        Of so many runs away from the ends the mean is formed [runs]: sensors that round repeat
-        values anywhere.
+        Number of runs away from the ends that are averaged [runs]: a sensor that rounds repeats
+        values anywhere in its range.
     longest_mean : float
         Mean length of these runs below which the sensor does not round [wrenches].
     small_step : float
-        Some values have to differ by no more than this share of the noise, else the sensor rounds
-        [standard deviations].
+        Some values have to differ by less than this share of the noise [standard deviations];
+        otherwise the sensor rounds.
 
     """
 
@@ -185,15 +188,16 @@ class WrenchNoiseTest(NamedTuple):
     Attributes
     ----------
     fewest : int
-        It is reported after so many wrenches, once a wrong unit had its time to be detected
+        The noise is reported after this many wrenches, when there was time to detect a wrong unit
         [wrenches].
     largest_share : float
-        It is reported up to such a share of the most that is followed [-].
+        Noise up to this share of the largest variance that the filter can follow is reported [-].
     another_unit : float
-        Variances so many times the stated ones are of another unit, and are followed to twice that
-        [-]: a contact that chatters has some hundred times. Such a wrench is not used.
+        Variances that are this many times the stated ones are another unit, and are followed up to
+        twice that [-]: a contact that vibrates has some hundred times the stated variance. Such a
+        wrench is not used.
     noisy : float
-        Variances so many times the stated ones are reported, and are used [-].
+        Variances that are this many times the stated ones are reported, and are used [-].
 
     """
 
@@ -210,10 +214,10 @@ class LowPassLag(NamedTuple):
     Attributes
     ----------
     deviations : float
-        A change from one wrench to the next counts beyond so many deviations of its noise
-        [standard deviations]: 5 % of changes by noise alone are beyond.
+        A change from one wrench to the next counts if it exceeds this many standard deviations of
+        the noise [standard deviations]: noise alone exceeds it in 5 % of the changes.
     lowest_cutoff : float
-        A cut-off counts as at least this [Hz]: below it no insertion can be seen.
+        Least cut-off frequency in the computation [Hz]: below it no insertion is visible.
 
     """
 

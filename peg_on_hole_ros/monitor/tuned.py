@@ -16,14 +16,16 @@ class ContactLossAlarm(NamedTuple):
     warn : float
         Probability that a contact has opened, for a WARN [-].
     error : float
-        The same for an ERROR [-].
+        Probability that a contact has opened, for an ERROR [-].
     slid : float
-        A peg that slides is on three contacts once that has been published for so long [s]. One at
-        rest may bounce on one of them: there it takes as long as an alarm is held.
+        A sliding peg counts as being on three contacts after the mode has been published for this
+        time [s]. A peg at rest may bounce on one of them; there it takes as long as an alarm is
+        held.
     clearly : float
-        One contact is named if it holds this share of the probability that any has opened [-].
+        The alarm names one contact if it has this share of the probability that any has opened
+        [-].
     entering : float
-        A contact that opens sooner than so before gamma0 opens on the way into the hole [s].
+        A contact that opens within this time before gamma0 opens on the way into the hole [s].
 
     """
 
@@ -41,15 +43,16 @@ class FreePegLoad(NamedTuple):
     Attributes
     ----------
     room : float
-        Squares of noise alone stay below so many times their mean [-].
+        Limit of the squares of noise alone, over their mean [-].
     jump : float
-        A load that is off the mean by so many times the mean square of the noise has changed [-].
+        A load has changed if its squared distance from the mean is this many times the mean square
+        of the noise [-].
     azimuth_stddev : float
-        An azimuth that is known no better is that of a peg that stands upright [rad]: what the
-        rates of azimuth and turn make of its angular momentum is noise.
+        If the azimuth has a larger standard deviation, the peg is upright [rad]: its angular
+        momentum, computed from the rates of azimuth and turn, would be noise.
     lift : float
-        A force out of the hole counts as one over so much [-]: a peg that leaves the rim is
-        accelerated so.
+        Factor by which a force out of the hole is divided [-]: such a force accelerates a peg that
+        leaves the rim.
 
     """
 
@@ -66,20 +69,21 @@ class EvidenceWeights(NamedTuple):
     Attributes
     ----------
     prior : tuple of float
-        What contacts change to before any evidence [-]: nothing touches; all three are closed;
-        K, B1 or B2 is open; some other way. A peg that touches soon rests on all three.
+        Probabilities of the hypotheses before any evidence [-]: nothing touches; all three
+        contacts are closed; K, B1 or B2 is open; some other way. A peg that touches soon rests on
+        all three.
     most : float
-        One piece of evidence counts no more [nats]: no outlier decides alone.
+        Largest weight of one piece of evidence [nats]: no outlier decides alone.
     even_nis : float
         Running mean of the normalised innovation squared, of 3 degrees of freedom, at which the
         contact model and "some other way" are equally likely [-]; over 20 corrections its
         standard deviation is 0.5.
     nis_share : float
-        How much of it above that counts for another way [nats].
+        Evidence for "some other way" per unit of that mean above `even_nis` [nats].
     most_misfit : float
-        It counts no more [nats].
+        Largest evidence for "some other way" [nats].
     retry : float
-        A model of contact that was given up is tried again after this time [s].
+        Time after which a rejected contact model is tried again [s].
 
     """
 
@@ -98,9 +102,9 @@ class CreditedReactions(NamedTuple):
     Attributes
     ----------
     absurd : float
-        Reactions beyond so many times the largest that a rim can wedge are rounding [-].
+        Reactions beyond this many times the largest that a rim can wedge are rounding errors [-].
     pull : float
-        Reactions that pull by more are those of other contacts [standard deviations].
+        Reactions that pull by more belong to other contacts [standard deviations].
 
     """
 
@@ -110,19 +114,20 @@ class CreditedReactions(NamedTuple):
 
 class OnePoint(NamedTuple):
     """
-    Whether one of two points in the hole carries alone.
+    Whether one of two contacts in the hole carries the load alone.
 
     Attributes
     ----------
     prior : tuple of float
-        K alone, B alone, both, before any evidence, of a peg that touches below gamma0 [-]: most
-        rest on two.
+        Probabilities before any evidence of a peg that touches below gamma0 [-]: K alone, B alone,
+        both. Most pegs rest on two contacts.
     reaction : float
-        What a reaction that is there may be, before it is looked at [N]. Of 1, 3, 10 and 20 N
-        this parts one point from two best: 98 and 99 % of the samples of 60 insertions are
+        Prior standard deviation of a reaction that exists [N]. Of 1, 3, 10 and 20 N, this value
+        distinguishes one point from two best: 98 and 99 % of the samples of 60 insertions are
         assigned right.
     tail : float
-        Beyond so many deviations below zero the tail alone counts [standard deviations].
+        Below this distance from zero only the asymptotic tail of the normal distribution is
+        evaluated [standard deviations].
 
     """
 
@@ -138,17 +143,17 @@ class PlaceCheck(NamedTuple):
     Attributes
     ----------
     elsewhere : float
-        A peg that does not rest on three contacts is anywhere about there [m]: lifted, or laid
-        down.
+        Standard deviation of the place of a peg that does not rest on three contacts [m]: lifted,
+        or laid down.
     edge : float
-        The closed forms are taken above gamma0 by this share [-]: they end at gamma0.
+        The closed forms are evaluated above gamma0 by this share, because they end at gamma0 [-].
     step : float
-        Of the tilt, for the slope of the place [rad].
+        Step of the tilt for the derivative of the place [rad].
     around : float
-        What stands around the hole, as a plate with clamps, may be higher than the rim by so much
-        [m]: a load higher up is the sensor's.
+        Largest height above the rim of what stands around the hole, such as a plate with clamps
+        [m]: a load higher up is attributed to the sensor.
     sure : float
-        A peg is in the hole where it is deeper than this, and fits [standard deviations].
+        A peg is in the hole if it is deeper than this, and fits [standard deviations].
 
     """
 
@@ -166,8 +171,9 @@ class Inserted(NamedTuple):
     Attributes
     ----------
     back : float
-        It counts as inserted until it has come back by so much [standard deviations of the
-        depth]: a peg that rests at the stated depth does not flicker by the noise of its joints.
+        A peg counts as inserted until it has come back by this much, so that the mode of a peg
+        that rests at the stated depth does not flicker with the noise of its joints [standard
+        deviations of the depth].
 
     """
 
@@ -181,24 +187,26 @@ class PlateTest(NamedTuple):
     Attributes
     ----------
     prior : float
-        Probability of a plate, before any load, of a peg that may be on the rim or in the hole
-        [-]: most touch the hole.
+        Prior probability of a plate for a peg that may be on the rim or in the hole [-]: most pegs
+        touch the hole.
     least : float
-        A probability up to this is none [-]: it takes nothing from contacts of the hole.
+        Probabilities of a plate up to this count as zero [-]: they reduce no probability of
+        contacts of the hole.
     no_way : float
-        The same of a peg that has come from the air below gamma0, where nothing shows it in the
-        hole [-].
+        Prior probability of a plate for a peg that has come from the air below gamma0, while no
+        observation shows that it is in the hole [-].
     steepest : float
-        Largest friction of a plate [-]: a force that is more aslant is a wall's.
+        Largest friction of a plate [-]: a force that leans more comes from a wall.
     edge : float
-        A lower edge is rounded, or chamfered, by so much [m].
+        Radius or chamfer of the lower edge of a peg [m].
     azimuth_stddev : float
-        An azimuth known no better shows no lowest point [rad].
+        If the azimuth has a larger standard deviation, the lowest point of the peg is not known
+        [rad].
     memory : float
-        Time in which evidence repeats itself, and over which the load is averaged [s]: the press
-        of a peg that is laid on the rim leans for some 0.1 s as a plate's does.
+        Time in which evidence repeats itself, and over which the load is averaged [s]: while a peg
+        is laid on the rim, its load leans like that of a plate for about 0.1 s.
     doubt : float
-        Evidence against a plate beyond this counts at once [nats]: noise shows less of it.
+        Evidence against a plate beyond this counts at once [nats]: noise alone gives less.
 
     """
 
@@ -219,10 +227,11 @@ class WallsTest(NamedTuple):
     Attributes
     ----------
     sure : float
-        Friction, tilt and clearance may be off by so many of their standard deviations, in favour
-        of the walls, and the load by as many of its noise [standard deviations].
+        Friction, tilt and clearance are shifted by this many standard deviations in favour of the
+        walls, and so is the load by its noise [standard deviations].
     share : float
-        Of the push, which an accelerating peg and the diagram's small tilt leave open [-].
+        Error of the load as a share of the push [-]: the peg accelerates, and the diagram assumes
+        a small tilt.
 
     """
 
@@ -237,9 +246,9 @@ class WayIn(NamedTuple):
     Attributes
     ----------
     lasts : float
-        Contact with the hole counts as a way once it has lasted so long [s].
+        Contact with the hole counts as a way into it after this time [s].
     plate : float
-        And once a plate is no more probable than this [-].
+        The probability of a plate also has to be at most this [-].
 
     """
 
@@ -254,8 +263,9 @@ class ModeDwell(NamedTuple):
     Attributes
     ----------
     confirmed : float
-        A motion that orientations have refuted is believed again once it has gone on for so long
-        [s]. A wrong setting is refuted every 25 ms, and must not be declared a mode in between.
+        A motion that orientations have refuted is accepted again after it has been consistent for
+        this time [s]. A wrong setting is refuted every 25 ms, and must not get a declared mode in
+        between.
 
     """
 
@@ -264,22 +274,23 @@ class ModeDwell(NamedTuple):
 
 class KnownQuantities(NamedTuple):
     """
-    When reactions are declared determined, and friction that was learnt is known.
+    When reactions are declared determined, and estimated friction is declared known.
 
-    With a friction that is too high reactions come out too low, and too sure, so that a limit on
-    their spread alone picks those that are wrong.
+    If friction is too high, reactions are estimated too low and with too small a standard
+    deviation. A limit on the standard deviation alone would select wrong reactions.
 
     Attributes
     ----------
     over_spread : float
-        The sum of three reactions is at least so many times any one's spread [-]: no spread is
-        more than a third of their mean.
+        Least ratio of the sum of the three reactions to the standard deviation of each [-]: no
+        standard deviation is more than a third of their mean.
     over_friction : float
-        The same of what friction makes of any [-]: no more than half of that.
+        Least ratio of the sum of the three reactions to the part of each standard deviation that
+        friction causes [-]: no more than a sixth of their mean.
     gives : float
-        Loaded surfaces leave the clearance open by so much [m]: 100 N press a contact of steel in
-        by 1 um. Friction that was learnt on the rim is off by that share, however long it was
-        learnt.
+        Compression of loaded surfaces, which changes the clearance [m]: 100 N compress a contact
+        of steel by 1 um. Friction that was estimated on the rim has an error of that share of the
+        clearance, however long it was estimated.
 
     """
 
@@ -295,14 +306,14 @@ class FrictionStepTest(NamedTuple):
     Attributes
     ----------
     interval : float
-        Friction is compared with that of one to two such intervals ago [s]: longer than the
+        Friction is compared with its value one to two such intervals before [s]: longer than the
         estimate needs to follow a step.
     least : float
-        By how much it has to differ [-]; what errors of the model do to friction is some 0.01.
+        Least difference [-]: errors of the model change friction by about 0.01.
     significance : float
-        And by how much beside what both are uncertain by [standard deviations].
+        Least difference over the uncertainty of both values [standard deviations].
     known_share : float
-        Only a friction that is known to such a share of it is compared [-].
+        Friction is compared only if its standard deviation is at most this share of it [-].
 
     """
 
@@ -319,10 +330,11 @@ class RateTrend(NamedTuple):
     Attributes
     ----------
     tremble : float
-        White noise of the rates beside it: what a holder trembles [rad/s per root of a second].
+        White noise of the rates in addition to the trend [rad/s per root of a second]: the
+        vibration of a holder.
     jump : float
-        A jump of the rate, as at touch-down and where the peg sticks [squared standard
-        deviations]: 1 of 2000 by chance.
+        Limit of a jump of the rate, as at touch-down and when the peg sticks [squared standard
+        deviations]: chance exceeds it once in 2000 times.
 
     """
 
@@ -337,11 +349,12 @@ class FollowedMotion(NamedTuple):
     Attributes
     ----------
     turn_share : float
-        How much quicker turning is than tilting, and the quick tilt than the steady one [-].
+        Ratio of the process noise of turning to that of tilting, and of the quick tilt to the
+        steady one [-].
     longest : float
-        A forecast further ahead has no meaning [s].
+        Longest time of a forecast [s].
     calm : float
-        A jump of the tilt is followed for so long before it counts as a motion [s].
+        Time after a jump of the tilt from which on it counts as a motion [s].
 
     """
 
@@ -357,10 +370,10 @@ class TransitionFlag(NamedTuple):
     Attributes
     ----------
     left : float
-        A peg that has been in the air above gamma0 for so long has left the rim [s].
+        A peg that has been in the air above gamma0 for this time has left the rim [s].
     clearance_share : float
-        The spread of an estimated clearance is at least this share of the stated one in a forecast
-        [-]: what the motion so far shows of it is correlated with friction and with the motion
+        Least standard deviation of an estimated clearance in a forecast, as a share of the stated
+        one [-]: the information of the past motion is correlated with friction and with the motion
         ahead.
 
     """
@@ -376,10 +389,10 @@ class InsertionDepth(NamedTuple):
     Attributes
     ----------
     sure : float
-        Tilt and reactions have to be above zero by so much [standard deviations]: a peg that
+        Tilt and reactions have to be above zero by this much [standard deviations]: a peg that
         leans on one wall may be at any depth.
     surface : float
-        No diameter is that of two loaded surfaces to better than this [m].
+        Least standard deviation of a diameter of two loaded surfaces [m].
 
     """
 
@@ -394,17 +407,17 @@ class RestInHole(NamedTuple):
     Attributes
     ----------
     speed : float
-        It slides at about this speed [m/s].
+        Usual speed of a sliding peg along the hole [m/s].
     changes : float
-        And changes it by so much [m/s^2].
+        Usual acceleration along the hole [m/s^2].
     lasts : float
-        For so long [s].
+        Time for which an acceleration lasts [s].
     begins : float
-        A peg of which nothing is known rests with this probability [-]: most are on their way.
+        Prior probability that the peg rests [-]: most pegs are on their way.
     upright : float
-        Smaller tilts are none [rad].
+        Smaller tilts count as zero [rad].
     least : float
-        Nothing is surer than this probability [-]: rest and motion may begin at any time.
+        Least probability of rest and of motion [-]: each may begin at any time.
 
     """
 
@@ -423,22 +436,23 @@ class PushMeans(NamedTuple):
     Attributes
     ----------
     quick : float
-        Time of the quicker of two running means, which show whether the push grows at all [s]:
-        slower than its trend, and steadier.
+        Time constant of the quicker of two running means, which show whether the push grows at all
+        [s]: slower than its trend, and steadier.
     slow : float
-        Time of the slower one [s].
+        Time constant of the slower running mean [s].
     more : float
-        A push grows, or is more than usual, by this share of what friction can hold [-].
+        Least growth of the push, or least excess over the usual push, as a share of what friction
+        can carry [-].
     more_stddev : float
-        It is known to that share [-].
+        Standard deviation of that share [-].
     usual : float
-        What push is usual for a motion is its mean over this time [s].
+        Time over which the usual push of a motion is averaged [s].
     moved : float
-        A push is compared with that of a motion that has lasted this long [s].
+        Least duration of the motion with whose push the present push is compared [s].
     total_over : float
-        The sum of the reactions is its mean over this time [s].
+        Time over which the sum of the reactions is averaged [s].
     edge : float
-        The closed forms are taken above gamma0 by this share [-]: they end at gamma0.
+        The closed forms are evaluated above gamma0 by this share, because they end at gamma0 [-].
 
     """
 
@@ -454,23 +468,23 @@ class PushMeans(NamedTuple):
 
 class WedgingAhead(NamedTuple):
     """
-    How the determinant is looked at along the way to the hole.
+    Where the determinant is evaluated along the way to the hole.
 
     Attributes
     ----------
     dry_slip : float
-        Slip at which dry friction is full [m/s]: slower than any motion a cell makes and faster
-        than rounding.
+        Slip velocity at which dry friction has its full value [m/s]: slower than any motion of a
+        cell and faster than rounding errors.
     presliding_slip : float
-        Slip at which friction is full ahead [m/s]: near gamma0 K hardly slides, and a slow peg
-        creeps through where a faster one wedges. Real contacts give way by some micrometres
-        before they slide.
+        Slip velocity at which friction has its full value in the forecast [m/s]: near gamma0 K
+        hardly slides, and a slow peg passes where a faster one wedges. Real contacts yield by some
+        micrometres before they slide.
     points : int
-        Places on the way [places].
+        Number of tilts ahead at which the determinant is evaluated [places].
     end : float
-        The last of them, above gamma0 as a share [-].
+        Distance of the last of them from gamma0, as a share of gamma0 [-].
     determinant_stddev : float
-        How far the determinant of rigid contact is that of a real one [-].
+        Standard deviation of the determinant [-]: real contacts are not rigid.
 
     """
 
@@ -493,19 +507,20 @@ class StallAhead(NamedTuple):
     Attributes
     ----------
     changes : float
-        A push changes within this time by what friction can hold [s].
+        Time in which the push can change by what friction can carry [s].
     memory : float
-        Its trend lasts for that [s].
+        Time for which the acceleration of the push lasts [s].
     program : float
-        What the program's rate may change by itself [rad/s per root of a second].
+        Random walk of the rate of the program [rad/s per root of a second].
     gives_way : float
-        How far the holder gives way under a push as large as what friction can hold [rad].
+        Prior standard deviation of how far the holder yields under a push as large as what
+        friction can carry [rad].
     push_jump : float
-        Beyond it a push has jumped [squared standard deviations].
+        A larger innovation of the push is a jump [squared standard deviations].
     tilt_jump : float
-        Beyond it a tilt has [squared standard deviations].
+        A larger innovation of the tilt is a jump [squared standard deviations].
     calm : float
-        Just after a jump nothing leads anywhere [s].
+        Time after a jump without a forecast [s].
 
     """
 
@@ -525,23 +540,25 @@ class LoadAhead(NamedTuple):
     Attributes
     ----------
     changes : float
-        A reaction changes within this time by as much as it is [s].
+        Time in which a reaction can change by its own value [s].
     memory : float
-        What its rate changes lasts for that [s].
+        Time for which the acceleration of a reaction lasts [s].
     least : float
-        It is at least this share of its limit for that, so that one from nothing can grow [-].
+        Least value of a reaction in this computation, as a share of its limit, so that a reaction
+        can grow from zero [-].
     uncertain : float
-        A trend goes on as it is but for this share of what its acceleration adds [-].
+        Uncertainty of the forecast, as a share of what the estimated acceleration adds [-].
     jump : float
-        Beyond it a reaction has jumped [squared standard deviations].
+        A larger innovation of a reaction is a jump [squared standard deviations].
     known : float
-        One that is known to less than this share shows no course [-].
+        A reaction with a larger standard deviation, as a share of it, corrects no trend [-].
     off : float
-        One that is known to less than that share is as far off for a while [-].
+        Largest standard deviation of the present reaction that is added to the forecast, as a
+        share of the reaction [-].
     nothing : float
-        So far over: certainly not [standard deviations].
+        Value that stands for a load that certainly stays below its limit [standard deviations].
     loaded : float
-        A trend of the load takes this long to part from its begin [s].
+        Time after which the trend of a new load is used [s].
 
     """
 
@@ -563,7 +580,7 @@ class StuckInHole(NamedTuple):
     Attributes
     ----------
     beyond_over : float
-        The load beyond the diagram counts by its mean over this time [s].
+        Time over which the load beyond the diagram is averaged [s].
 
     """
 
@@ -572,14 +589,14 @@ class StuckInHole(NamedTuple):
 
 class PresentState(NamedTuple):
     """
-    Which present state the advice on the way on is planned from.
+    From which present state the advice is planned.
 
     Attributes
     ----------
     sure : float
-        A turn counts where it is so far from zero [standard deviations].
+        A turn counts if its rate is this far from zero [standard deviations].
     least_clearance : float
-        Least clearance, over the stated one [-].
+        Least clearance in the plan, over the stated one [-].
 
     """
 

@@ -10,7 +10,7 @@ class ComparedZero(NamedTuple):
     Attributes
     ----------
     most_moved : float
-        So much a zero of usual drift moves within minutes [N].
+        Usual drift of a bias within minutes [N].
 
     """
 
@@ -19,13 +19,13 @@ class ComparedZero(NamedTuple):
 
 class UnstatedPeg(NamedTuple):
     """
-    What stands for a peg of which nobody has stated the size.
+    The size of a peg that was not stated.
 
     Attributes
     ----------
     of_hole : float
-        Its diameter as a share of the hole's [-]: room enough for any motion; it is told as not
-        known.
+        Diameter of the peg as a share of that of the hole [-]: enough clearance for any motion.
+        The diameter is reported as not known.
 
     """
 
