@@ -13,7 +13,7 @@ from launch_ros.substitutions import FindPackageShare
 PACKAGE = "peg_on_hole_ros"
 # Parameters that an argument may set, with what they do.
 OVERRIDES = {
-    "autostart": "whether the node configures and activates itself; false: somebody else does",
+    "autostart": "whether the node configures and activates itself; false: another program does",
     "use_sim_time": "whether /clock is the node's clock",
 }
 # Topics that the node reads, each an argument of its own: where it is to be found.

@@ -32,13 +32,14 @@ class _Parser(argparse.ArgumentParser):
 
 
 _PROGRAM_DESCRIPTION = """\
-Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
-points, transition to two-point contact and risk of jamming, from wrench and joint states."""
+Estimate the contact state of a cylindrical peg that a robot inserts into a hole: angles, reactions
+at the three contact points, transition to two-point contact and risk of jamming. Inputs are
+wrench and joint states."""
 
 _EPILOG = """\
-BAG is an .mcap or .db3 file (also .zstd) or a rosbag2 folder. CONFIG is a ROS 2 parameters file;
-without one replay, inspect and calibrate use the configuration in the bag, if it has one, and
-else, as all others, the defaults of config/peg_on_hole.yaml.
+BAG is an .mcap or .db3 file (also .zstd) or a rosbag2 folder. CONFIG is a ROS 2 parameters file.
+Without one, replay, inspect and calibrate use the configuration in the bag. If the bag has none,
+and in all other commands, the defaults of config/peg_on_hole.yaml are used.
 exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
 topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept;
 70 a fault of the program"""
@@ -80,19 +81,24 @@ def _bag(command, many=False):
     what = ".mcap or .db3 file (also .zstd of it), or rosbag2 folder"
     if many:
         command.add_argument(
-            "bags", metavar="BAG", nargs="+", help=f"{what}; of many also folders and patterns"
+            "bags",
+            metavar="BAG",
+            nargs="+",
+            help=f"{what}; for many bags also folders and patterns",
         )
     else:
         command.add_argument("bag", metavar="BAG", help=what)
     for name, what in (("wrench", "wrench"), ("joints", "joint states")):
         command.add_argument(
-            f"--{name}-topic", metavar="TOPIC", help=f"read the {what} there, whatever is stated"
+            f"--{name}-topic",
+            metavar="TOPIC",
+            help=f"topic of the {what}; has precedence over the configuration",
         )
     _max_chunk(command)
     command.add_argument(
         "--bag-urdf",
         action="store_true",
-        help="let the configuration in the bag name the file that is read as URDF",
+        help="allow the configuration in the bag to name the file that is read as URDF",
     )
 
 
@@ -102,7 +108,7 @@ def _max_chunk(command):
         metavar="MIB",
         type=float,
         default=64.0,
-        help="most that a chunk may take unpacked [MiB]; default 64",
+        help="largest size of a chunk when unpacked [MiB]; default 64",
     )
 
 
@@ -117,15 +123,15 @@ def _replay(commands):
     command.epilog += (
         "\n\nSeveral BAGs, --jobs or --dask: each bag's summary and report go into a folder of "
         "its own in DIR,\na table of all tries into bags.csv and bags.parquet, a page into "
-        "index.html. What is done is not\ndone again unless bag, settings or program change. The "
-        "exit code is the worst of all bags, in the\norder 0, 4, 3, 2, 70."
+        "index.html. A bag that is done is\nnot replayed again unless bag, settings or program "
+        "change. The exit code is the worst of all bags,\nin the order 0, 4, 3, 2, 70."
     )
     _bag(command, many=True)
     _config(command)
     command.add_argument(
         "--out",
         metavar="OUT.mcap|DIR",
-        help="write the node's topics: a file, or, without .mcap, a rosbag2 folder; of many bags "
+        help="write the node's topics: a file, or, without .mcap, a rosbag2 folder; for many bags "
         "a folder with the results of each",
     )
     command.add_argument(
@@ -133,7 +139,7 @@ def _replay(commands):
         metavar="REPORT.html",
         nargs="?",
         const=True,
-        help="write a page with plots; of many bags one each: give no name",
+        help="write a page with plots; for many bags one page each: give no name",
     )
     command.add_argument("--summary", metavar="SUMMARY.json", help="write the figures as JSON")
     command.add_argument(
@@ -151,7 +157,7 @@ def _replay(commands):
         help="many bags: scheduler of a dask cluster that replays them",
     )
     command.add_argument(
-        "--estimates", action="store_true", help="many bags: write the node's topics of each, too"
+        "--estimates", action="store_true", help="many bags: also write the node's topics of each"
     )
 
 
@@ -159,7 +165,7 @@ def _simulate(commands):
     command = _command(
         commands,
         "simulate",
-        "make a bag with known truth: a compliant holder sets the peg on the hole",
+        "simulate a bag with known truth: a compliant holder inserts the peg into the hole",
         "  peg-on-hole simulate --config config/working_cycle.yaml --out working_cycle.mcap",
     )
     _config(command, required=True)
@@ -170,7 +176,7 @@ def _solve(commands):
     command = _command(
         commands,
         "solve",
-        "motion from forces, forces for a motion, or any mix, at one state",
+        "solve for a motion from forces, forces for a motion, or any mix, at one state",
         "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --wrench 0,0,-10,0,0.3,0 --json\n"
         "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --frame auxiliary \\\n"
         "      --unknown N_K,N_B1,N_B2,M_h,M_e,M_z --known F_z=-10",
@@ -190,14 +196,15 @@ def _solve(commands):
     command.add_argument(
         "--unknown",
         metavar="NAME,...",
-        help="what is asked for, one to six of: ddgamma, ddpsi, ddphi [rad/s^2], N_K, N_B1, N_B2 "
-        "[N], F_x, F_y, F_z [N], M_x, M_y, M_z [N m] of the applied wrench at the mass centre",
+        help="quantities to solve for, one to six of: ddgamma, ddpsi, ddphi [rad/s^2], N_K, "
+        "N_B1, N_B2 [N], F_x, F_y, F_z [N], M_x, M_y, M_z [N m] of the applied wrench at the "
+        "mass centre",
     )
     command.add_argument(
         "--known",
         metavar="NAME=VALUE,...",
         action="append",
-        help="with --unknown: values of the others; what is not named is 0",
+        help="with --unknown: values of the other quantities; a quantity that is not named is 0",
     )
     command.add_argument(
         "--frame",
@@ -212,12 +219,13 @@ def _plan(commands):
     command = _command(
         commands,
         "plan",
-        "closing, slip and slide rates that keep loads and wedging under limits",
+        "find closing, slip and slide rates that keep loads and wedging under limits",
         "  peg-on-hole plan --config config/plan_cell.yaml --out plan",
     )
     command.epilog += (
-        "\n\nThe cell is described by the groups scene, plan and monitor.max_normal of CELL.yaml. "
-        "Where no\nmotion keeps the limits the answer says what would do, and the exit code is 0."
+        "\n\nThe groups scene, plan and monitor.max_normal of CELL.yaml describe the cell. If no "
+        "motion keeps\nthe limits, the answer names the changes that would make one possible, and "
+        "the exit code is 0."
     )
     command.add_argument(
         "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
@@ -225,7 +233,7 @@ def _plan(commands):
     command.add_argument(
         "--out",
         metavar="DIR",
-        help="folder for plan.json, plan.png and plan.svg, made if missing",
+        help="folder for plan.json, plan.png and plan.svg; it is made if missing",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 
@@ -234,42 +242,43 @@ def _choose(commands):
     command = _command(
         commands,
         "choose",
-        "the cheapest method and the lowest rate of the wrench that are enough for a cell",
+        "find the cheapest method and the lowest rate of the wrench that are enough for a cell",
         "  peg-on-hole choose --config config/plan_cell.yaml --out choose\n"
         "  peg-on-hole choose --config CELL.yaml --bag recording.mcap --within 5%",
     )
     command.epilog += (
-        "\n\nThe motion is that of the recording, led anew in simulation; else that of a part "
-        "simulation:\nof CELL.yaml; else the one that peg-on-hole plan finds. Sensors have the "
-        "noise that CELL.yaml\nstates. Where nothing is enough the answer says what is nearest, "
-        "and the exit code is 0."
+        "\n\nThe motion is that of the recording, simulated again. Without a recording it is that "
+        "of a section\nsimulation: of CELL.yaml, and without this the one that peg-on-hole plan "
+        "finds. Sensors have the\nnoise that CELL.yaml states. If no combination is enough, the "
+        "answer names the nearest one, and the\nexit code is 0."
     )
     command.add_argument(
         "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
     )
-    command.add_argument("--bag", metavar="RECORDING", help="recording whose motion is taken")
+    command.add_argument("--bag", metavar="RECORDING", help="recording with the motion")
     for name, default, what in (
-        ("--within", "3%", "the reactions may be off, over their mean"),
-        ("--rate-within", "10%", "the tilt's rate may be off, over its own size"),
+        ("--within", "3%", "the reactions, relative to their mean"),
+        ("--rate-within", "10%", "the tilt's rate, relative to its own size"),
     ):
         command.add_argument(
             name, metavar="SHARE", default=default,
-            help=f"by how much {what} (default {default})".replace("%", "%%"),
+            help=f"tolerance of {what} (default {default})".replace("%", "%%"),
         )  # fmt: skip
     command.add_argument(
         "--flag-within", metavar="MS", type=float, default=10.0,
-        help="by how much the transition may be told early or late (default 10 ms)",
+        help="tolerance of the time of the transition, early or late [ms] (default 10)",
     )  # fmt: skip
     command.add_argument(
         "--rate", metavar="HZ", type=int, default=1000,
-        help="of the wrench, where no recording tells it (default 1000)",
+        help="rate of the wrench if there is no recording [Hz] (default 1000)",
     )  # fmt: skip
     command.add_argument(
-        "--seeds", metavar="N", type=int, default=12, help="how often noise is drawn (default 12)"
+        "--seeds", metavar="N", type=int, default=12, help="draws of the noise (default 12)"
     )
     command.add_argument(
         "--out", metavar="DIR",
-        help="folder for choose.yaml (the setting), choose.png and choose.svg, made if missing",
+        help="folder for choose.yaml (the setting), choose.png and choose.svg; it is made if "
+        "missing",
     )  # fmt: skip
 
 
@@ -277,7 +286,7 @@ def _chart(commands):
     command = _command(
         commands,
         "chart",
-        "how far estimators are off against what a wrench costs",
+        "compute the error of the estimators against their computing time for a wrench",
         "  peg-on-hole chart --out chart",
     )
     _study(command)
@@ -287,7 +296,7 @@ def _stability(commands):
     command = _command(
         commands,
         "stability",
-        "where estimators hold, err or diverge, and where the default ends",
+        "map where estimators keep their bounds, exceed them or diverge",
         "  peg-on-hole stability --out stability --quick",
     )
     _study(command)
@@ -295,9 +304,14 @@ def _stability(commands):
 
 def _study(command):
     command.add_argument(
-        "--out", metavar="DIR", required=True, help="folder for PNG, SVG and CSV, made if missing"
+        "--out",
+        metavar="DIR",
+        required=True,
+        help="folder for PNG, SVG and CSV; it is made if missing",
     )
-    command.add_argument("--quick", action="store_true", help="coarser, within two minutes")
+    command.add_argument(
+        "--quick", action="store_true", help="coarser; takes less than two minutes"
+    )
     _config(command)
 
 
@@ -305,7 +319,7 @@ def _inspect(commands):
     command = _command(
         commands,
         "inspect",
-        "topics, types, rates, gaps, clock trouble of a bag, and what a replay would use",
+        "report topics, rates, gaps and clock trouble of a bag, and what a replay would use",
         "  peg-on-hole inspect recording/\n"
         "  peg-on-hole inspect recording/ --config cell.yaml --observability",
     )
@@ -323,22 +337,25 @@ def _setup(commands):
     command = _command(
         commands,
         "setup",
-        "settings of a cell step by step, by questions and recordings, each with how it is known",
+        "make the settings of a cell from questions and recordings, each with its origin",
         "  peg-on-hole setup --out cell.yaml\n"
         "  peg-on-hole setup --yes --from bags/setup_cell --config bags/setup_cell/stated.yaml "
         "--out cell.yaml",
     )
     command.epilog += (
-        "\n\nAn answer may have its unit: 30 mm, 25 deg, 350 g. Ctrl-D or Ctrl-C ends; what was "
-        "found is\nkept in OUT. Exit code 2: what was found contradicts what is stated; OUT is "
-        "written all the same."
+        "\n\nAn answer may have a unit: 30 mm, 25 deg, 350 g. Ctrl-D or Ctrl-C ends the set-up; "
+        "what was found\nis kept in OUT. Exit code 2: a recording contradicts a stated "
+        "setting; OUT is written also then."
     )
     command.add_argument(
-        "--out", metavar="OUT.yaml", default="cell.yaml", help="to write; default cell.yaml"
+        "--out", metavar="OUT.yaml", default="cell.yaml", help="file to write; default cell.yaml"
     )
-    command.add_argument("--config", metavar="START.yaml", help="what is stated already")
+    command.add_argument("--config", metavar="START.yaml", help="settings that are stated already")
     command.add_argument(
-        "--set", metavar="NAME=VALUE", action="append", help="state one more, as 30mm for 0.03 m"
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        help="state one more setting; the value may have a unit, such as 30mm",
     )
     command.add_argument("--urdf", metavar="FILE", help="the robot's description")
     for kind, what in (
@@ -353,10 +370,10 @@ def _setup(commands):
         "--from",
         dest="folder",
         metavar="FOLDER",
-        help="take plate, presses, poses, hang, run and the URDF from there, where they are",
+        help="folder with plate, presses, poses, hang, run and the URDF, as far as it has them",
     )
     command.add_argument(
-        "--yes", action="store_true", help="ask nothing: take what is given, and defaults"
+        "--yes", action="store_true", help="ask no questions: use what is given, and defaults"
     )
     _max_chunk(command)
     # Topics are stated by --set, and no configuration in a bag is used.
@@ -367,7 +384,7 @@ def _calibrate(commands):
     command = _command(
         commands,
         "calibrate",
-        "friction, biases, noise, delay, hole tilt and clearance from a recording, with intervals",
+        "estimate friction, biases, noise, delay, hole tilt and clearance from a recording",
         "  peg-on-hole calibrate recording.mcap --out calibrated.yaml\n"
         "  peg-on-hole replay recording.mcap --config calibrated.yaml",
     )
@@ -380,14 +397,14 @@ def _calibrate(commands):
     instead.add_argument(
         "--payload",
         action="store_true",
-        help="find payload and zero instead, where the peg hangs free and still at three tilts "
+        help="find payload and bias instead, from a peg that hangs free and still at three tilts "
         "or more",
     )
     instead.add_argument(
         "--presses",
         action="store_true",
-        help="find wrench.acts_on and sensor_rpy instead, where a hand has pushed the still peg "
-        "up at its lower end, along its x, and along its y",
+        help="find wrench.acts_on and sensor_rpy instead, from three pushes of a hand on the "
+        "still peg: up at its lower end, along its x, along its y",
     )
 
 
@@ -395,21 +412,24 @@ def _compare(commands):
     command = _command(
         commands,
         "compare",
-        "differences between two outputs, or of one bag under two configurations",
+        "report the differences of two outputs, or of one bag under two configurations",
         "  peg-on-hole compare before.mcap after.mcap\n"
         "  peg-on-hole compare low_friction.yaml high_friction.yaml --bag recording.mcap",
     )
     command.add_argument("a", metavar="A", help="output of replay or node; with --bag: CONFIG")
     command.add_argument("b", metavar="B", help="the other")
-    command.add_argument("--bag", metavar="BAG", help="replay it with A and with B, compare that")
+    command.add_argument(
+        "--bag", metavar="BAG", help="replay this bag with A and with B, and compare the results"
+    )
     command.add_argument(
         "--prefix",
         metavar="NODE",
         action="append",
-        help="of several outputs in a recording, as in /cell/peg_on_hole; twice: A's and B's",
+        help="node to compare if a recording has several, such as /cell/peg_on_hole; twice: "
+        "A's and B's",
     )
     command.add_argument(
-        "--report", metavar="REPORT.html", help="write a page with both drawn over each other"
+        "--report", metavar="REPORT.html", help="write a page that draws both over each other"
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 
@@ -424,7 +444,7 @@ def _node(commands):
     )
     _config(command)
     # For the help alone: _parsed keeps what is for ROS from argparse.
-    command.add_argument("--ros-args", nargs="...", metavar="...", help="all that is for ROS")
+    command.add_argument("--ros-args", nargs="...", metavar="...", help="all arguments for ROS 2")
 
 
 def _play(commands):
@@ -439,11 +459,11 @@ def _play(commands):
     _config(command)
     command.add_argument(
         "--rate", metavar="R", type=float, default=1.0,
-        help="pace, 0.01 to 10; default 1, as it was recorded",
+        help="pace relative to the recording, 0.01 to 10; default 1",
     )  # fmt: skip
     command.add_argument(
         "--start", metavar="S", type=float, default=0.0,
-        help="leave out what was recorded before so many seconds; default 0",
+        help="time of the recording at which to start [s]; default 0",
     )  # fmt: skip
     command.add_argument(
         "--loop", action="store_true", help="begin again at the end, until Ctrl-C"
@@ -454,18 +474,21 @@ def _watch(commands):
     command = _command(
         commands,
         "watch",
-        "live page of a running node in a browser, on this machine only unless told otherwise",
+        "serve a live page of a running node, to this machine only unless --host is given",
         "  peg-on-hole watch\n  peg-on-hole watch --node /cell/peg_on_hole --port 9000\n"
         "  peg-on-hole watch --foxglove",
     )
     command.add_argument(
-        "--node", metavar="NAME", default="/peg_on_hole", help="full name; default /peg_on_hole"
+        "--node",
+        metavar="NAME",
+        default="/peg_on_hole",
+        help="full name of the node; default /peg_on_hole",
     )
     command.add_argument(
         "--port",
         metavar="P",
         type=int,
-        help="default 8470, for Foxglove 8765; 0: any that is free",
+        help="port to listen on; default 8470, for Foxglove 8765; 0: any free port",
     )
     command.add_argument(
         "--foxglove",
@@ -476,7 +499,8 @@ def _watch(commands):
         "--host",
         metavar="ADDRESS",
         default="127.0.0.1",
-        help="address to listen on; default 127.0.0.1; whoever reaches another one sees the page",
+        help="address to listen on; default 127.0.0.1. With another one, all who reach it see "
+        "the page",
     )
 
 

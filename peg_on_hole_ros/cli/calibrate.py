@@ -35,22 +35,25 @@ def run(arguments: argparse.Namespace) -> int:
     gravity = configuration.wrench.gravity
     if gravity != "measured" and not arguments.presses:
         raise PegOnHoleError(
-            f"wrench.gravity = {gravity!r}: calibrate takes wrenches with wrench.gravity: "
-            "measured alone; record them so"
+            f"wrench.gravity = {gravity!r}: calibrate needs wrench.gravity: measured; record the "
+            "wrench without compensation of the weight"
         )
     left_out: Counter[str] = Counter()
     if arguments.presses:
         pressed = found_axes(bag, configuration, left_out)
         values, text = start | pressed.values, pressed.text
         heading = (
-            f"Axes and sign of the wrench by presses of {bag.path}; else as {origin}.\n\n{text}"
+            f"Axes and sign of the wrench from presses in {bag.path}; all else from {origin}."
+            f"\n\n{text}"
         )
         text += f"\n{_WRITTEN.format(arguments.out)}"
     elif arguments.payload:
         record = read_recording(bag, configuration, left_out)
         weighed = found_payload(record, configuration)
         values, text = start | weighed.values, weighed.text
-        heading = f"Payload and zero by still poses of {bag.path}; else as {origin}.\n\n{text}"
+        heading = (
+            f"Payload and bias from still poses in {bag.path}; all else from {origin}.\n\n{text}"
+        )
         text += f"\n{_WRITTEN.format(arguments.out)}"
     else:
         record = read_recording(bag, configuration, left_out)

@@ -92,7 +92,7 @@ def _row(one: CalibratedParameter):
     if not one.seen:
         return WORDS[one.name], start, "?", "?", unit, "kept: not seen"
     inside = one.low <= one.start <= one.high
-    why = f"not distinct from {start}" if inside else "chance, as one of many"
+    why = f"not distinct from {start}" if inside else "not significant among all"
     return WORDS[one.name], start, best, interval, unit, f"kept: {why}"
 
 
@@ -108,30 +108,30 @@ def not_seen(found: Calibration) -> list[str]:
 def _reason(estimate, found):
     name = estimate.name
     if name.endswith("_stddev"):
-        reason = "too few samples in a row; take it from the sensor at rest"
+        reason = "record more samples in a row, or state the noise of the sensor at rest"
     elif name == "clearance":
         reason = _clearance(found)
     elif name == "delay":
-        reason = "the motion was too even; record quick changes of speed and of force"
+        reason = "record quick changes of speed and of force: the motion was too even"
     elif name == "bias_torque_z":
         ways = "both ways" if found.both_ways else "one way only"
         reason = (
-            "told from friction only while the peg turns both ways about its axis; it turned "
-            f"{ways}, by {degrees(found.turn):.0f} degrees"
+            "record turns both ways about the peg's axis, which distinguish it from friction; "
+            f"here the peg turned {ways}, by {degrees(found.turn):.0f} degrees"
         )
     elif name.startswith(("bias", "tilt")):
         reason = (
-            "told from friction, weight and the other biases only while the peg turns about its "
-            f"axis and the hole's; it turned by {degrees(found.turn):.0f} degrees: record half a "
-            "turn or more, both ways"
+            "record half a turn or more about the axes of peg and hole, both ways, which "
+            "distinguishes it from friction, weight and the other biases; here the peg turned by "
+            f"{degrees(found.turn):.0f} degrees"
         )
     else:
         reason = "the contacts slid too little"
     if estimate.alike:
         others = [WORDS[other] for other in estimate.alike]
-        reason += f" (this motion cannot tell it apart from {_listed(others)})"
+        reason += f" (in this motion it looks like {_listed(others)})"
     if estimate.changed:
-        reason += "; changed nevertheless: at the start the recording is not explained"
+        reason += "; it is changed nevertheless, because the start does not explain the recording"
     return reason
 
 
@@ -144,17 +144,18 @@ def _clearance(found):
     tilt = round(found.least_tilt, 2)
     if not found.both_ways:
         return (
-            "told from friction, tilt and biases best while the peg turns both ways about its "
-            f"axis, which it did not: record turns both ways below {NEAR_TILT:g} times gamma0"
+            f"record turns both ways about the peg's axis below {NEAR_TILT:g} times gamma0: they "
+            "distinguish it best from friction, tilt and biases, and here the peg did not turn "
+            "both ways"
         )
     if tilt > NEAR_TILT:
         return (
-            f"the peg turned both ways, but while it slid steadily the tilt came no nearer to "
-            f"gamma0 than {tilt:.2f} times; record such turns below {NEAR_TILT:g} times gamma0"
+            f"record turns both ways below {NEAR_TILT:g} times gamma0: the peg turned both "
+            f"ways, but while it slid steadily its tilt was never below {tilt:.2f} times gamma0"
         )
     return (
-        f"the peg turned both ways, and while it slid steadily the tilt came to {tilt:.2f} times "
-        "gamma0; record such turns for longer"
+        "record such turns for longer: the peg turned both ways, and while it slid steadily its "
+        f"tilt came down to {tilt:.2f} times gamma0"
     )
 
 
@@ -163,14 +164,14 @@ def verdict(found: Calibration) -> str:
     text = f"mean NIS {found.nis:.2f} (3 if all is right)"
     if found.nis > NIS_HIGH:
         return (
-            f"{text}: the recording holds more than the model and its noise explain; look for a "
-            "wrong sensor pose (wrench.sensor_xyz, sensor_rpy), mass, payload or diameter, for "
-            "filtered wrenches, or for a soft peg. The intervals are too narrow for that"
+            f"{text}: model and noise do not explain the recording, and the intervals are too "
+            "narrow. Check wrench.sensor_xyz, sensor_rpy, mass, payload and diameters, and "
+            "whether wrenches are filtered or the peg is soft"
         )
     if found.nis < NIS_LOW:
         return (
-            f"{text}: the recording holds less noise than the configuration says; correlated or "
-            "repeated samples look like that"
+            f"{text}: the recording has less noise than the configuration states; correlated or "
+            "repeated samples look the same"
         )
     return f"{text}: the model explains the recording"
 
@@ -180,7 +181,7 @@ def filtered(found: Calibration) -> str:
     if found.low_pass == 0.0:
         return ""
     return (
-        "the noise of neighbouring wrenches is alike, as behind a low-pass of "
+        "the noise of successive wrenches is correlated, as behind a low-pass of "
         f"{found.low_pass:.2g} Hz: wrench.low_pass is written, and the noise before it"
     )
 

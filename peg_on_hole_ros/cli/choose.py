@@ -61,8 +61,8 @@ COMPARED = ("mixture", "one_level", "quasi_static", "balance", "two_dof", "unsce
 # of the wrench, ends a stretch.
 _GAP = 5.0
 _NO_STRETCH = (
-    "the recording has no stretch on three contacts with determined reactions, so there is no "
-    "motion to follow; peg-on-hole replay --report says why"
+    "reactions are never determined on three contacts in the recording, so there is no motion to "
+    "follow; peg-on-hole replay --report shows why"
 )
 # By what a peg in its hole is another one.
 _OF_PEG_AND_HOLE = tuple(
@@ -165,10 +165,12 @@ def _motion(arguments) -> CellMotion:
     check_output_paths([arguments.config], texts=[])
     if SIMULATION_PART in load_yaml(Path(arguments.config)):
         truth = _first_contact(integrate(read_plan(arguments.config)))
-        return CellMotion(truth, f"the motion that {arguments.config} has simulated")
+        return CellMotion(
+            truth, f"the motion of the section {SIMULATION_PART}: of {arguments.config}"
+        )
     configuration, _ = load(arguments.config)
     cell = simulated_cell(configuration)
-    return CellMotion(planned_motion(cell, arguments.rate), "the closing that is planned")
+    return CellMotion(planned_motion(cell, arguments.rate), "the planned closing")
 
 
 def _first_contact(truth):
@@ -309,7 +311,7 @@ def in_words(
         asked += " (not tested: this motion ends before the transition)"
     best = chosen or nearest(found, within)
     if chosen is None:
-        lines.append(f"nothing is enough for {asked}; nearest: {_told(best)}")
+        lines.append(f"no combination is enough for {asked}; the nearest is {_told(best)}")
     else:
         first = found[0]
         lines.append(f"enough for {asked}: {_told(chosen)}")
@@ -340,15 +342,15 @@ def _row(one, within, draws):
     elif one.lost:
         remark = "lost"
     elif not one.holds:
-        remark = "bounds do not hold" if one.determined >= 0.5 else "tells little"
+        remark = "bounds too narrow" if one.determined >= 0.5 else "rarely determined"
     else:
         remark = ""
     flag = "" if isnan(one.flag) else f"{1e3 * one.flag:.0f} ms"
     return [
         one.method, f"{one.rate:g} Hz", f"{100 * one.reactions:.3g} %",
         f"{100 * one.tilt_rate:.3g} %", f"{100 * one.covered:.0f} %",
-        f"{100 * one.determined:.0f} %", flag.replace("inf ms", "not told"), f"{one.step:.3g} us",
-        f"{one.whole:.0f} us a ms", remark,
+        f"{100 * one.determined:.0f} %", flag.replace("inf ms", "not flagged"),
+        f"{one.step:.3g} us", f"{one.whole:.0f} us a ms", remark,
     ]  # fmt: skip
 
 
@@ -376,11 +378,11 @@ def _limit_lines(best, known, within):
     for limit in known:
         then = getattr(limit, name)
         lines.append(
-            f"{limit.what} would give {100 * then:.2g} % for {100 * now:.2g} %"
+            f"{limit.what} would reduce it from {100 * now:.2g} % to {100 * then:.2g} %"
             if 1.0 - then / now > _SOME
-            else f"{limit.what} gives nothing"
+            else f"{limit.what} changes nothing"
         )
-    return [f"what limits {_LIMITED[name]}: {'; '.join(lines)}"] if lines else []
+    return [f"what limits the error of {_LIMITED[name]}: {'; '.join(lines)}"] if lines else []
 
 
 def _setting(chosen):

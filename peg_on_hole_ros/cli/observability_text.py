@@ -20,15 +20,16 @@ from peg_on_hole_ros.replay.late_messages import in_order
 from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
 
 UNITS = {quantity.name: quantity.unit for quantity in CALIBRATED_QUANTITIES}
-_HANG = "let it hang free for a second before it touches"
+_HANG = "hang it free for a second before it touches"
 # What a motion has to be like to tell of a parameter, by the begin of its name.
 REMEDIES = {
-    "friction": "press the peg on three contacts and let it slide, turning about its axis",
-    "clearance": "close to 1.1 times gamma0 or less, sliding",
-    "bias_force_z": f"press by changing forces while it slides, or {_HANG}",
+    "friction": "press the peg on three contacts while it slides and turns about its axis",
+    "clearance": "close to 1.1 times gamma0 or less while it slides",
+    "bias_force_z": f"press with changing forces while it slides, or {_HANG}",
     "bias_torque_z": f"turn the peg about its axis both ways, or {_HANG}",
-    "bias": f"turn the peg about its axis by 90 degrees and more, and lean it anew, or {_HANG}",
-    "tilt": "let the lean of the peg go round the hole by 90 degrees and more",
+    "bias": "turn the peg about its axis by 90 degrees and more, and lean it another way, or "
+    f"{_HANG}",
+    "tilt": "turn the direction in which the peg leans by 90 degrees and more",
 }
 
 
@@ -113,8 +114,8 @@ def lines(found: Observability) -> list[str]:
     """Return what a cell engineer reads."""
     if not found.seconds:
         nothing = (
-            "nothing: no stretch in which all contacts slide on three points; the peg is not "
-            "pressed on the rim above gamma0, or hardly moves"
+            "nothing: three contacts never slide together; the peg is not pressed on the rim "
+            "above gamma0, or hardly moves"
         )
         if not found.seen.any():
             return [nothing]
@@ -124,8 +125,8 @@ def lines(found: Observability) -> list[str]:
     text = [
         f"{found.rank} of {len(PARAMETER_NAMES)} combinations, over {found.seconds:.2f} s in "
         f"which all contacts slide and {found.free:.2f} s in the air; the peg turned by "
-        f"{degrees(found.turn):.0f} degrees about its axis, and its lean went "
-        f"round by {degrees(found.swing):.0f} degrees; condition number: {condition}"
+        f"{degrees(found.turn):.0f} degrees about its axis, and the direction of its lean by "
+        f"{degrees(found.swing):.0f} degrees; condition number: {condition}"
     ]
     return text + [_line(found, i) for i in range(len(PARAMETER_NAMES))]
 
@@ -142,7 +143,7 @@ def _line(found, i):
     remedy = REMEDIES.get(name, REMEDIES[name.split("_")[0]])
     alone, together = found.alone[i], size(found.together[i])
     if not alone <= found.useful[i]:
-        moved = "moves nothing that is measured" if not isfinite(alone) else "moves too little"
+        moved = "changes no measurement" if not isfinite(alone) else "changes them too little"
         return f"{WORDS[name]}: not seen ({together} at best), it {moved} here; {remedy}"
     alike = f"looks like {WORDS[found.partner[i]]}" if found.partner[i] else "looks like others"
     return (

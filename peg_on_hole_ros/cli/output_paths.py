@@ -67,7 +67,7 @@ def _check_place(path, bag, inputs, seen):
         if source.is_dir():
             if path.suffix == ".mcap" and _same(path.parent, source):
                 raise PegOnHoleError(
-                    f"cannot write {path}: it would be taken for a part of the bag {source}, "
+                    f"cannot write {path}: it would be read as a part of the bag {source}, "
                     "which has no metadata.yaml"
                 )
         elif any(_same(place, source) for place in written):

@@ -87,11 +87,11 @@ def _payload_text(found: Payload):
     lines = [
         table(("", "likeliest", "95 % interval", "unit"), rows),
         "",
-        f"{found.poses} still poses; forces are left {quantity(found.left, 'N', 2)} apart (root "
+        f"{found.poses} still poses; residual of the forces {quantity(found.left, 'N', 2)} (root "
         "mean square)",
     ]
     if not np.isfinite(found.com).all():
-        lines.append("no payload beside the peg is seen")
+        lines.append("no payload beside the peg is found")
     return "\n".join([*lines, *(f"missing: {line}" for line in found.missing)])
 
 

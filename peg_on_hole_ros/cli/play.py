@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"played {published} messages of {bag.path} in {took:.1f} s", flush=True)
             if not arguments.loop:
                 break
-            print(f"once more, turn {turn + 1} (Ctrl-C ends it)", flush=True)
+            print(f"round {turn + 1} begins (Ctrl-C ends it)", flush=True)
         time.sleep(_LINGER)
     finally:
         leave()
@@ -85,12 +85,15 @@ def _wait(publisher, wrench):
         waited = time.monotonic() - begun
         if waited > NODE_PATIENCE:
             raise PegOnHoleError(
-                f"nobody has subscribed to {wrench} within {NODE_PATIENCE:g} s: start peg-on-hole "
-                "node with the same topics.wrench and the same ROS_DOMAIN_ID"
+                f"no node has subscribed to {wrench} within {NODE_PATIENCE:g} s: start "
+                "peg-on-hole node with the same topics.wrench and the same ROS_DOMAIN_ID"
             )
         if waited > QUIET and not told:
             told = True
-            print(f"waiting for a node that takes {wrench}: peg-on-hole node", flush=True)
+            print(
+                f"waiting for a node that subscribes to {wrench}: start peg-on-hole node",
+                flush=True,
+            )
         time.sleep(0.05)
 
 

@@ -63,9 +63,8 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
     R_HP = held_orientation(measured_orientations(bag, configuration))
     if R_HP is None and configuration.wrench.base_rpy is not None:
         raise BagError(
-            f"{bag.path} has no joint state that can be used: with wrench.axes: "
-            f"{configuration.wrench.axes} presses tell nothing without the peg's orientation; "
-            "record the joint states too"
+            f"record the joint states too: with wrench.axes: {configuration.wrench.axes} presses "
+            f"need the peg's orientation, and {bag.path} has no joint state that can be used"
         )
     return _parameters_and_text(pressed, configuration, R_HP)
 
@@ -89,7 +88,7 @@ def _parameters_and_text(pressed: Presses, configuration, R_HP: np.ndarray | Non
     lines.append(f"the hand missed its directions by {pressed.missed:.0f} degrees{beside}")
     if found.alike:
         lines.append(
-            f"in this pose the axes of {found.alike} look the same; where it may be these, press "
-            "again with the peg held at another tilt"
+            f"the axes of {found.alike} look the same in this pose: press again with the peg at "
+            "another tilt if the wrench may be in these"
         )
     return FoundAxes(values, "\n".join(lines), pressed, found)

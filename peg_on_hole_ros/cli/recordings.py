@@ -109,7 +109,7 @@ def read_recording(
         if len(kept) < 2:
             raise BagError(
                 f"{bag.path}: {len(kept)} of {bag.topics[topic].count} messages on {topic} can be "
-                "used, a calibration needs many; `peg-on-hole inspect` says what is wrong"
+                "used, and a calibration needs many; `peg-on-hole inspect` reports the reason"
             )
     stamps = [[sample.t_ns for sample in kept] for kept in (wrenches, measurements)]
     spans = (end(of) for of in stamps for end in (min, max))
@@ -123,8 +123,8 @@ def read_recording(
     if min(counts) < _FEWEST_SAMPLES:
         raise BagError(
             f"{bag.path}: {counts[0]} wrenches and {counts[1]} joint states with stamps of their "
-            "own can be used, a calibration needs at least "
+            "own can be used, and a calibration needs at least "
             f"{CALIBRATED_RECORDING.fewest_innovations} joint states of steady sliding; "
-            "`peg-on-hole inspect` says what is wrong, else record longer, or faster"
+            "record longer, or at a higher rate, if `peg-on-hole inspect` reports no other reason"
         )
     return record

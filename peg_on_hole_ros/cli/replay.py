@@ -233,7 +233,7 @@ def _largest(normal, void):
     if void:
         return f"reactions: not told, as {void} (above)"
     if None in normal.values():
-        return "largest reaction: none, as they were determined nowhere (reactions_determined)"
+        return "largest reaction: none, because no sample determines them (reactions_determined)"
     row = "largest reaction [N]", *map(number, normal.values())
     return table(("", *normal), [row])
 

@@ -55,7 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
     if cell.contradictions:
         first, more = cell.contradictions[0], len(cell.contradictions) - 1
         others = f" (and {more} more, above)" if more else ""
-        raise PegOnHoleError(f"{arguments.out} is written, but contradicted: {first}{others}")
+        raise PegOnHoleError(
+            f"{arguments.out} is written, but a setting is contradicted: {first}{others}"
+        )
     if bags.damage:
         raise BagDamaged(bags.damage)
     return 0
@@ -101,7 +103,7 @@ def _start(arguments):
     for text in arguments.set or ():
         name, equals, value = text.partition("=")
         if not equals:
-            raise PegOnHoleError(f"--set {text} is not NAME=VALUE, as scene.peg_mass=0.35")
+            raise PegOnHoleError(f"--set {text} is not NAME=VALUE, such as scene.peg_mass=0.35")
         cell.put(name.strip(), read_answer(name.strip(), value), Known(STATED, "by --set"))
     if arguments.urdf is not None:
         cell.put("joints.urdf", arguments.urdf, Known(STATED, "by --urdf"))
@@ -112,8 +114,8 @@ def _start(arguments):
     missing = [name for name in _DIAMETERS if not cell.is_given(name)]
     if missing and arguments.yes:
         raise PegOnHoleError(
-            f"{' and '.join(missing)}: not stated, and nothing measures it; gauge bore and shank "
-            f"and state it, as by --set {missing[0]}=30.00mm"
+            f"gauge bore and shank, and state {' and '.join(missing)}, such as --set "
+            f"{missing[0]}=30.00mm: no recording measures the diameters"
         )
     cell.make_room()
     return cell
@@ -128,7 +130,7 @@ def _print_result(cell, dialogue, configuration, out, ended):
         dialogue.say(f"contradicted: {each}")
     if ended:
         dialogue.say(
-            f"{ended}: what was found is kept in {out}; go on with `peg-on-hole setup --config "
+            f"{ended}: what was found is kept in {out}; continue with `peg-on-hole setup --config "
             f"{out}`"
         )
         return
@@ -136,6 +138,6 @@ def _print_result(cell, dialogue, configuration, out, ended):
     if not_known:
         many = "1 setting is" if len(not_known) == 1 else f"{len(not_known)} settings are"
         dialogue.say(
-            f"{many} not known (above), and right by chance: state or record what is missing, and "
-            f"go on with `peg-on-hole setup --config {out}`"
+            f"{many} not known (above), and the defaults used may be wrong: state or record "
+            f"what is missing, and continue with `peg-on-hole setup --config {out}`"
         )

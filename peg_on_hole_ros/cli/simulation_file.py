@@ -26,8 +26,8 @@ def read_plan(path: str | Path) -> Plan:
     part = load_yaml(path).get(SIMULATION_PART)
     if not isinstance(part, dict) or list(part) != [_BODY] or not isinstance(part[_BODY], dict):
         raise PegOnHoleError(
-            f"{path} has no part '{SIMULATION_PART}:' with '{_BODY}:' below it, so it says "
-            "nothing of what to simulate; config/working_cycle.yaml is an example"
+            f"{path} has no part '{SIMULATION_PART}:' with '{_BODY}:' below it, so there "
+            "is no motion to simulate; config/working_cycle.yaml is an example"
         )
     try:
         _check_lists(part[_BODY], f"{SIMULATION_PART}.")

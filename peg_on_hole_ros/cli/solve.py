@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
     for name in ("known", "frame"):
         if getattr(arguments, name):
             raise PegOnHoleError(
-                f"--{name} needs --unknown: name what is asked for, such as --unknown "
+                f"--{name} needs --unknown: name the quantities to solve for, such as --unknown "
                 "N_K,N_B1,N_B2"
             )
     wrench = _six(

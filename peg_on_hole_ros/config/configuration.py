@@ -104,13 +104,15 @@ def check(parameters: dict[str, object]) -> dict[str, object]:
 def superseded(parameters: dict[str, object]) -> list[str]:
     """Return a line for each parameter that is of an older version: what took its place."""
     lines = [
-        f"{name} is gone, and is not used: {SUPERSEDED[name]}"
+        f"{name} no longer exists, and is not used: {SUPERSEDED[name]}"
         for name in parameters
         if name in SUPERSEDED
     ]
     if parameters.get("filter.method") in OLD_METHODS:
         method = parameters["filter.method"]
-        lines.append(f"filter.method = {method!r} is gone: {_default_method()!r} took its place")
+        lines.append(
+            f"filter.method = {method!r} no longer exists: {_default_method()!r} is used instead"
+        )
     return lines
 
 
@@ -266,8 +268,7 @@ def half_stated_zero(configuration: Configuration) -> str:
         else ("wrench.bias_torque_stddev", f"{torque:g} N m", "wrench.bias_force_stddev", "forces")
     )
     return (
-        f"{said} = {value} beside {other} = 0: the zero of the {of} counts as known; state how "
-        "well both are, unless it is"
+        f"state {other} too, unless the bias of the {of} is known, as 0 means: {said} is {value}"
     )
 
 
@@ -284,8 +285,8 @@ def _check_together(configuration):
     if joints.source != "robot" and joints.hole_xyz_stddev not in (0.0, usual):
         raise PegOnHoleError(
             f"joints.hole_xyz_stddev = {joints.hole_xyz_stddev:g} m needs joints.source robot, "
-            f"which is {joints.source!r}: the peg's own angles do not tell where it is; set it "
-            "to 0.0"
+            f"which is {joints.source!r}: the peg's own angles do not determine where it is; "
+            "set it to 0.0"
         )
     if monitor.inserted_depth and joints.place_stddev is None:
         raise PegOnHoleError(

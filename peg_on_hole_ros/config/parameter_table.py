@@ -64,17 +64,17 @@ LIVE = (
 )
 # Values of `filter.method`, each with what the estimator is; `estimator.methods` has them.
 METHOD_NAMES = {
-    "mixture": "a mixture of frictions and of levels of acceleration",
-    "one_level": "one level and one friction",
+    "mixture": "a mixture of friction hypotheses and process-noise modes",
+    "one_level": "one process-noise mode and one friction hypothesis",
     "dde_driven": "the wide-prior limit, driven by the dynamic equations",
     "quasi_static": "no inertia",
-    "balance": "motion from orientations, and a balance of forces without inertia",
-    "small_angle": "that balance with the lengths of a small tilt",
+    "balance": "motion from orientations, reactions from a balance of forces without inertia",
+    "small_angle": "the same balance with the lever arms of a small tilt",
     "one_dof": "a peg that only tilts",
-    "two_dof": "one that tilts and turns about its axis",
-    "unscented": "one level by sigma points",
-    "particles_100": "one level by a hundred particles, to compare with",
-    "particles_1000": "by a thousand, to compare with",
+    "two_dof": "a peg that tilts and turns about its axis",
+    "unscented": "one process-noise mode by sigma points",
+    "particles_100": "one process-noise mode by 100 particles, for comparison",
+    "particles_1000": "by 1000 particles, for comparison",
 }
 # Value of `joints.gravity_link` where the robot's description does not say where down is.
 GRAVITY_STATED = "stated"
@@ -128,7 +128,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _scene(
         "peg_diameter",
-        "d, of the shank and not of its chamfer, below D; 2 um wrong already biases N_K",
+        "d, of the shank and not of its chamfer, below D; an error of 2 um already biases N_K",
     ),
     _scene(
         "peg_height",
@@ -150,12 +150,12 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _scene(
         "clearance_stddev",
-        "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
+        "of D - d; 0: known. Otherwise it is estimated, and enters flag, forecast and bounds",
     ),
     _scene("friction_stddev", "of the friction coefficient; 0: known, and not estimated"),
     _scene(
         "clearance_drift",
-        "by which the effective clearance walks, as no rim is an ideal circle; 0: it is",
+        "random walk of the effective clearance, as no rim is an ideal circle; 0: it is",
     ),
     _scene("friction_k_stddev", "by which friction at K may differ from f; 0: one friction"),
     _scene(
@@ -179,27 +179,28 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench(
         "axes",
-        "axes in which the numbers are: sensor; base, as some drivers send them whatever frame_id "
-        "says: the link of that name where the URDF has one that stands still, else its root "
+        "axes of the six components: sensor; base, in which some drivers publish whatever the "
+        "frame_id is: the link of that name if the URDF has one that stands still, else its root "
         "link, and for joints.source peg the axes of the angles; or any link of the URDF that is "
         "fixed to the root link or to the tip",
     ),
     _wrench(
         "gravity",
-        "whether a hanging peg's weight is measured, or taken off already by a controller that "
-        "knows the payload, all that hangs below the sensor",
+        "whether the wrench contains the weight of all that hangs below the sensor, or a "
+        "controller has subtracted it already",
         choices=("measured", "compensated"),
     ),
     _wrench(
         "adopt_found",
-        "whether what the wrench contradicts gives way to what fits it, which is told (acts_on, "
-        "axes, gravity, sensor_rpy, noise where numbers are rounded); false: told alone, and no "
-        "contact is",
+        "whether a setting that the wrench contradicts is replaced by the one that fits (acts_on, "
+        "axes, gravity, sensor_rpy, noise of rounded numbers), with a report; false: only the "
+        "report, and no contact is published",
     ),
     _wrench(
         "sensor_pose",
-        "where the sensor sits: at the link of the URDF that the wrench's frame_id names, where "
-        "there is one, and what else is stated is an error; or as stated, whatever frame_id is",
+        "where the sensor sits: at the link of the URDF that the wrench's frame_id names, if "
+        "there is one, and another statement is an error; or as stated, whatever the frame_id "
+        "is",
         choices=("frame_id", "stated"),
     ),
     _wrench(
@@ -220,8 +221,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     _wrench("torque_stddev", "noise of each torque component", "N m", 1e-7, 1e3),
     _wrench(
         "low_pass",
-        "cut-off of the sensor's or the driver's low-pass, first order; where the load changes "
-        "fast, bounds widen by what it lags behind; 0: there is none",
+        "cut-off of the low-pass in sensor or driver, first order; where the load changes "
+        "fast, its lag widens the bounds; 0: there is none",
         "Hz",
         0.0,
         1e5,
@@ -243,37 +244,43 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench(
         "bias_torque_stddev",
-        "of each component of bias_torque; 0: known; stated alone it leaves the forces' zero "
-        "known",
+        "of each component of bias_torque; 0: known; stated alone it leaves the bias of the "
+        "forces known",
         "N m",
         0.0,
         1e4,
     ),
     _wrench(
         "bias_force_drift",
-        "random walk of the force's zero, followed in free air; per root of a second",
+        "random walk of the bias of the force, estimated in free air; per root of a second",
         "N",
         0.0,
         1e3,
     ),
     _wrench(
         "bias_torque_drift",
-        "random walk of the torque's zero, followed in free air; per root of a second",
+        "random walk of the bias of the torque, estimated in free air; per root of a second",
         "N m",
         0.0,
         1e3,
     ),
     _wrench(
         "tare_in_contact",
-        "whether a tare or a pose is taken though nothing shows a free and still peg: its load "
-        "then counts as zero",
+        "whether a tare or a pose is accepted although no measurement shows a free and still peg: "
+        "its load then counts as bias",
     ),
     _wrench(
         "tare_automatically",
-        "whether a tare is taken each time the peg has surely hung free and still for a second",
+        "whether the sensor is tared each time the peg has hung free and still for a second",
     ),
-    _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
-    _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
+    _wrench(
+        "payload_mass",
+        "of what hangs between sensor and peg; its weight is subtracted",
+        "kg",
+        0.0,
+        1e3,
+    ),
+    _wrench("payload_com", "mass centre of the payload in the sensor frame", "m", -10.0, 10.0),
     _joints(
         "source",
         "the peg's own angles, or a robot's joints with a URDF",
@@ -301,7 +308,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints(
         "delay_stddev",
-        "how well the delay is known; what the peg turns in that time widens each orientation",
+        "uncertainty of the delay; each orientation is widened by how far the peg turns in "
+        "that time",
         "s",
         0.0,
         0.1,
@@ -324,7 +332,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _joints(
         "hole_xyz",
         "centre of the hole in its outer face, in the URDF's root link, see scene.hole_chamfer; "
-        "as on /tf_static where it is stated; the angles need its axes only",
+        "as on /tf_static if it is stated; the angles need its axes only",
         "m",
         -100.0,
         100.0,
@@ -339,16 +347,16 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints(
         "hole_xyz_stddev",
-        "how well hole_xyz is known, with the robot's calibration, each coordinate: where the peg "
-        "is counts in the contact mode; 0, or hole_xyz all 0: not known, and not used",
+        "uncertainty of each coordinate of hole_xyz, with the robot's calibration: the contact "
+        "mode uses the place of the peg; 0, or hole_xyz all 0: not known, and not used",
         "m",
         0.0,
         0.1,
     ),
     _joints(
         "hole_tilt_stddev",
-        "how well hole_rpy has the direction of the hole's axis, about x and about y; 0: known, "
-        "and two states less",
+        "uncertainty of the direction of the hole's axis in hole_rpy, about x and about y; 0: "
+        "known, and two states less",
         "rad",
         0.0,
         0.2,
@@ -356,12 +364,12 @@ PARAMETERS: tuple[Parameter, ...] = (
     _joints(
         "gravity_link",
         "link of the URDF along whose -z gravity pulls, fixed to its root link; empty: the root "
-        f"link; {GRAVITY_STATED}: scene.gravity holds, at its default too",
+        f"link; {GRAVITY_STATED}: scene.gravity is used, also its default",
     ),
     _accuracy(
         "gain",
-        "of the sensor: share of the load that each channel may be off by, with linearity, "
-        "hysteresis and creep; a standard deviation as all here, only widens bounds; 0: exact",
+        "error of each channel of the sensor as a share of the load, with linearity, hysteresis "
+        "and creep; a standard deviation as all of this group, only widens bounds; 0: exact",
         "",
         0.0,
         0.5,
@@ -415,8 +423,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "max_gap",
-        "a silence of the wrench above this is bridged at constant rates, without contact; joint "
-        "states within still correct",
+        "a silence of the wrench above this is predicted at constant rates, without contact; "
+        "joint states within it still correct",
         "s",
         1e-3,
         100.0,
@@ -446,24 +454,26 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "friction",
-        "what an uncertain friction (scene.friction_stddev) is: learnt, or only a wider bound",
+        "whether an uncertain friction (scene.friction_stddev) is estimated, or only widens "
+        "bounds",
         choices=("estimated", "considered"),
     ),
     _filter(
         "clearance",
-        "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
+        "whether an uncertain clearance (scene.clearance_stddev) is estimated, or only widens "
+        "bounds",
         choices=("estimated", "considered"),
     ),
     _filter(
         "wrench_bias",
-        "what an uncertain bias (wrench.bias_force_stddev, bias_torque_stddev) is: learnt, or "
-        "only a wider bound",
+        "whether an uncertain bias (wrench.bias_force_stddev, bias_torque_stddev) is "
+        "estimated, or only widens bounds",
         choices=("estimated", "considered"),
     ),
     _filter(
         "hole_tilt",
-        "what an uncertain direction of the hole (joints.hole_tilt_stddev) is: learnt, or only a "
-        "wider bound",
+        "whether an uncertain direction of the hole (joints.hole_tilt_stddev) is estimated, or "
+        "only widens bounds",
         choices=("estimated", "considered"),
     ),
     _filter(
@@ -489,8 +499,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _monitor(
         "modes",
-        "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "
-        "as on three contacts above gamma0, which nothing checks",
+        "contact modes, forecast, jamming risk and alarms; false: less work, and above gamma0 the "
+        "peg is assumed to be on three contacts, without a check",
     ),
     _monitor(
         "contact_force_threshold",
@@ -519,7 +529,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _monitor(
         "evidence_time",
-        "in which noise and errors of the model repeat themselves; too short: overconfident modes",
+        "time in which noise and model errors are correlated; too short: overconfident modes",
         "s",
         1e-5,
         1.0,
@@ -536,7 +546,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _monitor("transition_hold", "time above gamma0 that clears the transition", "s", 0.0, 60.0),
     _monitor(
         "forecast_acceleration_stddev",
-        "of a steady motion's tilt; the forecast adds what that has lately been",
+        "of the tilt in a steady motion; the forecast adds the recent acceleration",
         "rad/s^2",
         1e-4,
         1e3,
@@ -580,7 +590,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         10.0,
     ),
-    _plan("aim", "what a planned motion has least of, within its limits", choices=AIMS),
+    _plan("aim", "quantity that the planned motion minimises, within its limits", choices=AIMS),
     _plan("start_tilt", "at which the peg has been set on the rim; above gamma0", "rad", 0.0, 1.5),
     _plan(
         "press",
@@ -597,7 +607,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _plan("force_limit", "of the holder, with the peg's weight", "N", 1e-3, 1e5),
     _plan("torque_limit", "of the holder, about the mass centre", "N m", 1e-4, 1e4),
-    _plan("min_closing_rate", "slowest closing that is looked at", "rad/s", 1e-4, 100.0),
+    _plan("min_closing_rate", "slowest closing that is considered", "rad/s", 1e-4, 100.0),
     _plan(
         "max_closing_rate", "fastest closing; plain closing is judged at it", "rad/s", 1e-4, 100.0
     ),
@@ -637,9 +647,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     _row("markers_rate", "most marker messages per second of stamp time", "Hz", 0.0, 1000.0),
 )
 
-_BY_MODEL = "the estimator weighs the wrench itself, so that no step needs it"
-_BY_SPREAD = "the spread of the slip says how well friction's direction is known"
-_BY_LEVELS = "levels of acceleration follow how a held peg moves"
+_BY_MODEL = "the estimator needs no such setting, because it uses the wrench as a measurement"
+_BY_SPREAD = "the variance of the slip gives the uncertainty of the direction of friction"
+_BY_LEVELS = "process-noise modes follow the motion of a held peg"
 # Parameters that are gone, each with what took its place.
 SUPERSEDED = {
     "filter.slip_velocity_scale": _BY_SPREAD,
@@ -655,9 +665,11 @@ SUPERSEDED = {
     "filter.max_evaluations": _BY_MODEL,
     "filter.free_rate_noise": _BY_LEVELS,
     "filter.contact_rate_noise": _BY_LEVELS,
-    "filter.friction_rivals": "several frictions are always followed until one is told",
+    "filter.friction_rivals": "several friction hypotheses are always followed until one is "
+    "determined",
     "filter.acceleration_stddev": _BY_LEVELS,
-    "filter.inflation_threshold": "the widest level of acceleration takes up surprises",
+    "filter.inflation_threshold": "the process-noise mode of the largest acceleration covers "
+    "sudden motions",
 }
 # Values of `filter.method` that are gone.
 OLD_METHODS = ("extended", "iterated", "square_root")

@@ -51,7 +51,7 @@ def why_not_free(
 
     """
     if outputs is None:
-        return "nothing is known of the peg at the last wrench"
+        return "there is no estimate at the last wrench"
     mode = outputs.contact_mode
     if mode in TOUCHING and not payload_unknown:
         return f"the peg touches, contact mode {mode}"
@@ -66,24 +66,24 @@ def why_not_free(
         return ""
     if unsure and not payload_unknown:
         return (
-            f"the peg may touch, contact mode {mode}: the wrench seems to mean something else "
-            "than is stated (/diagnostics)"
+            f"the peg may touch, contact mode {mode}: the wrench contradicts its settings "
+            "(/diagnostics)"
         )
     lacking = lacking or _not_its_weight(samples, processor, payload_unknown)
     if not lacking:
         return ""
-    return f"nothing shows a peg that is free and still: contact mode {mode}, and {lacking}"
+    return f"no measurement shows a free and still peg: contact mode {mode}, and {lacking}"
 
 
 def _not_still(outputs, processor):
     """Return why nothing shows that the peg is still, or nothing."""
     if processor.is_blind:
-        return "joint states do not show how it hangs: they have a gap, or stand still"
+        return "joint states do not show how it hangs: they have a gap, or do not change"
     spread = rates_stddev(outputs)
     if not spread < TARE.most_rates_stddev:
         return (
-            "too few joint states show that it is still: it may turn at "
-            f"{quantity(spread, 'rad/s', 2)}, {quantity(TARE.most_rates_stddev, 'rad/s')} is "
+            "too few joint states show that it is still: its speed is known to "
+            f"{quantity(spread, 'rad/s', 2)}, and {quantity(TARE.most_rates_stddev, 'rad/s')} is "
             "needed"
         )
     return ""
@@ -92,7 +92,7 @@ def _not_still(outputs, processor):
 def _not_its_weight(samples, processor, payload_unknown):
     """Return why the reading is not that of a weight and a plausible zero, or nothing."""
     if processor.standing is not None or processor.is_saturated:
-        return "the wrench stands still, or at the end of its range"
+        return "the wrench does not change, or is at the end of its range"
     rows = np.array([[*sample.force, *sample.torque] for sample in samples])
     parts = np.array_split(rows, TARE.parts)
     zeros = np.array([processor.zero_of(part.mean(axis=0)) for part in parts])
@@ -109,8 +109,8 @@ def _not_its_weight(samples, processor, payload_unknown):
         return ""
     force, torque = (", ".join(number(x) for x in each) for each in (away[:3], away[3:]))
     return (
-        f"the sensor reads [{force}] N, [{torque}] N m beside the weight and the zero that is "
-        f"stated, where {quantity(limits[FORCE], 'N')} and {quantity(limits[TORQUE], 'N m')} are "
+        f"the sensor reads [{force}] N, [{torque}] N m beside the weight and the stated bias, and "
+        f"no more than {quantity(limits[FORCE], 'N')} and {quantity(limits[TORQUE], 'N m')} are "
         "plausible (wrench.bias_force_stddev, wrench.bias_torque_stddev)"
     )
 

@@ -13,7 +13,7 @@ from peg_on_hole_ros.monitor.output_view import OutputView
 from peg_on_hole_ros.records import Answer, WrenchSample
 
 _ALL_THE_SAME = (
-    "; call again once it hangs free and still (wrench.tare_in_contact takes it all the same)"
+    "; call again once it hangs free and still (wrench.tare_in_contact: true accepts it now)"
 )
 
 
@@ -66,11 +66,11 @@ class Requests:
         self._counts["reset"] += 1
         return Answer(
             True,
-            "filter and monitor restarted, with friction and clearance as stated, and the tare as "
-            "it was taken; they wait for a joint state"
+            "filter and monitor are restarted, with friction and clearance as stated and with the "
+            "last tare; they wait for a joint state"
             if self._counts["tare"]
-            else "filter and monitor restarted, with friction and clearance as stated; they wait "
-            "for a joint state",
+            else "filter and monitor are restarted, with friction and clearance as stated; they "
+            "wait for a joint state",
         )
 
     def tare(self) -> Answer:
@@ -130,9 +130,9 @@ class Requests:
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
         if seconds < TARE.least_ns * 1e-9:
             return (
-                f"{len(samples)} wrenches over {seconds:.3g} s have come since a start, reset or "
-                "silence (filter.max_gap), or since it stood still, "
-                f"{TARE.least_ns * 1e-9:g} s are needed; call again then"
+                f"call again after {TARE.least_ns * 1e-9:g} s: {len(samples)} wrenches over "
+                f"{seconds:.3g} s have come since a start, reset or silence (filter.max_gap), or "
+                "since the wrench changed again"
             )
         return ""
 
@@ -150,7 +150,7 @@ class Requests:
     def _shown_by(self, held):
         """Return what there is to add to a tare where the contact mode did not show a free peg."""
         if held:
-            return f"; taken all the same (wrench.tare_in_contact), though {held}"
+            return f"; accepted because of wrench.tare_in_contact, although {held}"
         latest = self._engine.latest
         mode = latest and latest.contact_mode
         if mode == FREE:
@@ -159,12 +159,13 @@ class Requests:
         if still_ns:
             return (
                 f"; contact mode {mode}: the peg has been at rest for {still_ns * 1e-9:.2g} s "
-                "from the start on, and what it read is taken as the zero that nobody had taken; "
-                "if it touched, tare it again in the air. What was estimated before is forgotten"
+                "since the start, and the reading is assumed to be the bias of a sensor that was "
+                "never tared; tare it again in the air if it touched. Earlier estimates are "
+                "discarded"
             )
         return (
-            f"; contact mode {mode}, but all that the sensor reads is the "
-            "weight and a plausible zero"
+            f"; contact mode {mode}, but the sensor reads no more than the weight and a plausible "
+            "bias"
         )
 
     def _latest(self) -> list[WrenchSample]:

@@ -30,7 +30,7 @@ class StillPoses:
     def refused(self) -> str:
         """Why no pose determines anything under these settings; empty: each does."""
         if self._configuration.wrench.gravity != "measured":
-            return "wrench.gravity is compensated, payload and zero need wrench.gravity: measured"
+            return "payload and bias need wrench.gravity: measured, and it is compensated"
         return ""
 
     def take(self, gravity_S: np.ndarray, wrench: np.ndarray, count: int) -> str:
@@ -63,7 +63,7 @@ def _said(found: Payload) -> str:
     if np.isfinite(found.com).all():
         parts.append(_listed("wrench.payload_com", found.com, found.com_stddev, "m"))
     else:
-        parts = ["no payload beside the peg is seen"]
+        parts = ["no payload beside the peg is found"]
     parts.append(_listed("wrench.bias_force", found.bias[:3], found.bias_stddev[:3], "N"))
     parts.append(_listed("wrench.bias_torque", found.bias[3:], found.bias_stddev[3:], "N m"))
     return "; ".join([*parts, *(f"missing: {line}" for line in found.missing)])

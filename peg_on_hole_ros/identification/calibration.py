@@ -341,12 +341,12 @@ def _unexplained(found, delay):
     """Return what a recording shows that no parameters explain; the delay [s] at the start."""
     nis = "is not finite" if found is None else f"stays {found.nis:.1f}"
     return (
-        f"the mean NIS {nis} (3 if all is right) whatever friction, wrench bias, tilt, delay and "
-        "clearance are tried: no parameters were found that explain the recording. Which of these "
-        "it is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; stamps "
-        "of joint states that are some 0.1 s off those of the wrench (joints.delay, "
-        f"{delay:g} s at the start); filtered wrenches; a soft peg; or wrench noise that is large "
-        "for so light a peg"
+        "no parameters explain the recording. Check wrench.acts_on, the sensor's pose, units, "
+        "masses and diameters, and joints.delay "
+        f"({delay:g} s at the start; it may be off by some 0.1 s); filtered wrenches, a soft peg, "
+        "or wrench noise that is large for so light a peg are other possible causes, and the "
+        f"recording does not distinguish them. The mean NIS {nis} (3 if all is right) with every "
+        "friction, wrench bias, tilt, delay and clearance that was tried"
     )
 
 

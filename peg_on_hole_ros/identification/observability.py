@@ -262,8 +262,8 @@ def observability(
     """
     if not np.isfinite(information).all():
         raise PegOnHoleError(
-            "what this motion tells of the settings cannot be computed: a peg that stands upright "
-            "(gamma = 0) has no angles psi and phi; take a part in which it leans"
+            "take a part of the recording in which the peg leans: for an upright peg (gamma = 0), "
+            "which has no angles psi and phi, observability cannot be computed"
         )
     scale = measures(diameter, force)
     rows = _rows()

@@ -113,8 +113,9 @@ def payload_of(
     spread, axes = _spread(g_S)
     if spread[0] < STILL_POSE_TEST.least_spread:
         raise PegOnHoleError(
-            f"{len(g_S)} still poses, all with one direction of gravity in the sensor's axes: "
-            "nothing tells weight from zero; tilt the peg by 20 degrees and more between them"
+            "tilt the peg by 20 degrees and more between still poses: "
+            f"{len(g_S)} with one direction of gravity in the sensor's axes do not distinguish "
+            "weight from bias"
         )
     A, y, weight = _equations(g_S, wrench, count, options)
     # Nothing beyond what a robot carries: it keeps what is not told finite.
@@ -133,8 +134,8 @@ def payload_of(
     if unknown > STILL_POSE_TEST.center_stddev:
         axis = "xyz"[int(np.argmax(np.abs(along)))]
         missing = (
-            f"gravity turned about one axis only: the mass centre along {axis} of the sensor is "
-            f"known to {unknown:.2g} m; tilt the peg about another axis too, by 20 degrees",
+            "tilt the peg about another axis too, by 20 degrees: gravity turned about one axis "
+            f"only, and the mass centre along {axis} of the sensor is known to {unknown:.2g} m",
         )
     force = left.reshape(-1, 6)[:, :3]
     payload = _without_peg(theta, covariance, scene, options)
@@ -175,8 +176,9 @@ def still_poses(record: Recording, configuration: Configuration) -> StillPoses:
         counts.append(int(at.sum()))
     if not axes:
         raise PegOnHoleError(
-            f"no pose of {STILL_POSE_TEST.shortest:g} s below {STILL_POSE_TEST.still_rate:g} "
-            "rad/s: let the peg hang free and still at three tilts or more, half a second each"
+            "hang the peg free and still at three tilts or more, for half a second each: the "
+            f"recording has no pose of {STILL_POSE_TEST.shortest:g} s below "
+            f"{STILL_POSE_TEST.still_rate:g} rad/s"
         )
     return StillPoses(np.array(axes), np.array(means), np.array(counts))
 

@@ -66,9 +66,9 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     pressed = np.array([press.force for press in pressed_stretches(samples)]).reshape(-1, 3)
     if len(pressed) != 3:
         raise PegOnHoleError(
-            f"{len(pressed)} presses of {HAND_PRESS.least_force:g} N and "
-            f"{HAND_PRESS.shortest:g} s, not 3: with the peg still, push it up at its lower end, "
-            "then along its x, then along its y, with a pause between"
+            "push the still peg up at its lower end, then along its x, then along its y, with "
+            f"{HAND_PRESS.least_force:g} N and more for {HAND_PRESS.shortest:g} s and more, and a "
+            f"pause between: the recording has {len(pressed)} such presses, not 3"
         )
     forces = np.linalg.norm(pressed, axis=1)
     U = (pressed / forces[:, None]).T
@@ -80,8 +80,8 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     missed = degrees(float(np.sqrt(np.mean(np.arccos(off) ** 2))))
     if missed > HAND_PRESS.most_miss:
         raise PegOnHoleError(
-            f"the presses are {missed:.0f} degrees off three right angles: push up at the lower "
-            "end first, then along x, then along y of the peg frame"
+            "push up at the lower end first, then along x, then along y of the peg frame: the "
+            f"presses are {missed:.0f} degrees off three right angles"
         )
     near = min(quarter_turns(), key=lambda turn: -np.trace(R_PS.T @ turn))
     turned = _degrees_between(R_PS, near)

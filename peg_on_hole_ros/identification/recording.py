@@ -264,7 +264,7 @@ def shortfall(record: Recording, configuration: Configuration) -> str:
     """Return what a recording has of steady sliding, and what to record instead."""
     found, scene = conditions(record, configuration), configuration.scene
     total, usable = len(record.joint_t), found.valid
-    said = [f"of {total} joint states {usable.sum()} are without gaps beside them"]
+    said = [f"Of {total} joint states {usable.sum()} have no gap beside them"]
     usable = usable & found.tilted
     said.append(f"{usable.sum()} of these tilted by more than gamma0 ({scene.gamma0:.3g} rad)")
     usable = usable & found.loaded
@@ -279,9 +279,9 @@ def shortfall(record: Recording, configuration: Configuration) -> str:
         )
     rate = STEADY_SLIDING.ample * slow / (0.5 * scene.hole_diameter)
     return (
-        f"{', '.join(said)}. Record a peg that is pressed on the rim, tilted, and turned about "
-        f"its axis by {rate:.2g} rad/s and more, for half a second and more without a stop; "
-        "scene, wrench and joints have to be those of the recording"
+        "record a peg that is pressed on the rim, tilted, and turned about its axis by "
+        f"{rate:.2g} rad/s and more, for half a second and more without a stop; scene, wrench and "
+        f"joints have to be those of the recording. {', '.join(said)}"
     )
 
 

@@ -61,9 +61,9 @@ def touched_plate(
     spread = np.linalg.svd(p - p.mean(axis=0))[1] if len(p) >= 3 else np.zeros(2)
     if spread[1] < TOUCHED_PLATE.least_spread:
         raise PegOnHoleError(
-            f"{len(p)} places where the peg pressed on the plate, not three or more around the "
-            f"hole, {1e3 * TOUCHED_PLATE.least_spread:g} mm and more from one line: lower the peg "
-            "onto the plate, press with 10 N for a second, lift it, and go on to the next place"
+            "press with 10 N for a second at three or more places of the plate around the hole, "
+            f"{1e3 * TOUCHED_PLATE.least_spread:g} mm and more from one line, and lift the peg "
+            f"between them: the recording has {len(p)} presses that do not suffice"
         )
     normal = up.mean(axis=0) / np.linalg.norm(up.mean(axis=0))
     for _ in range(TOUCHED_PLATE.most_passes):

@@ -43,7 +43,7 @@ class Solvability(Enum):
     """Whether the unknowns follow from the knowns; the values are advice."""
 
     UNIQUE = "the unknowns follow from the knowns"
-    UNDETERMINED = "the equations do not tell these unknowns apart: give one of them"
+    UNDETERMINED = "the equations do not distinguish these unknowns: give one of them"
     CONTRADICTORY = "no value of these unknowns fits the knowns: free one of the knowns"
 
 
@@ -205,7 +205,7 @@ def _check_names(names, unknown, known):
         raise PegOnHoleError(f"{', '.join(twice)} named twice: a quantity is known or unknown")
     if not 1 <= len(unknown) <= 6:
         raise PegOnHoleError(
-            f"{len(unknown)} unknowns: six equations tell one to six; declare others known"
+            f"{len(unknown)} unknowns: six equations determine one to six; declare others known"
         )
 
 

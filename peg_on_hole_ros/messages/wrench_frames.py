@@ -62,6 +62,6 @@ class WrenchFrames:
             )
         return (
             f"frame_id is {others} since {since}, {shown(self._first)} before: these are in "
-            "other axes or of another sensor, and not used; let the driver keep one frame, or "
-            "start anew with the one that holds"
+            "other axes or of another sensor, and not used; have the driver keep one frame, or "
+            "restart the node with the frame that is right"
         )

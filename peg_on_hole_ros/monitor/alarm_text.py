@@ -22,12 +22,12 @@ _CONTACT_LOSS = (
     (
         *(f"{c} opens: press the peg on, or tilt it less" for c in _LOST_WHICH),
         "a contact opens: press the peg on, or tilt it less",
-        "the peg leaves the rim: press it on, or let the program go on without contact",
+        "the peg leaves the rim: press it on, or continue the program without contact",
     ),
     (
         *(f"{c} is open: press the peg on, or tilt it less" for c in _LOST_WHICH),
-        "a contact is open, the peg no longer rests on three points: press it on, or begin anew",
-        "the peg has left the rim: begin anew from free air, or press it on",
+        "a contact is open, the peg no longer rests on three points: press it on, or begin again",
+        "the peg has left the rim: begin again from free air, or press it on",
     ),
 )
 _OVERLOAD = (
@@ -45,7 +45,7 @@ _TEXTS = (
 )
 # Before what an alarm stated, while it is held without a value at its threshold.
 HELD_PREFIX = "no longer above its threshold, and held for a while; it was: "
-_DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
+_DOUBT = "not judged: the wrench contradicts its settings (/diagnostics, filter)"
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
 )  # fmt: skip

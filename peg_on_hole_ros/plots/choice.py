@@ -46,7 +46,8 @@ def figure(found: Sequence[Tried], chosen: Tried | None, within: Tolerances) -> 
     handles, labels = axes[0].get_legend_handles_labels()
     fig.legend(
         handles, [*labels[:-1], labels[-1]], loc="outside lower center", ncols=4, fontsize=8,
-        frameon=False, title="lower rates to the left; hollow: bounds do not hold, or little told",
+        frameon=False,
+        title="lower rates to the left; hollow: bounds too narrow, or rarely determined",
         title_fontsize=8,
     )  # fmt: skip
     return fig

@@ -68,7 +68,7 @@ def _loads(axis, profile, max_normal):
         axis.plot(gamma, shown, color=color, label=f"{name}, friction as stated")
         axis.fill_between(
             gamma, low, high, where=low > 0, color=color, alpha=0.2, linewidth=0,
-            label=f"{name}, 5 to 95 % of frictions",
+            label=f"{name}, 5 to 95 % of friction",
         )  # fmt: skip
         limit = min(max_normal[k] for k in row)
         axis.axhline(limit, color=color, linestyle="--", linewidth=1, label=f"limit at {name}")
@@ -85,6 +85,6 @@ def _margin(axis, profile):
     axis.plot(profile.gamma, profile.determinant, color="black", label="friction as stated")
     axis.plot(
         profile.gamma, profile.least, color="black", linestyle="--", linewidth=1,
-        label="95 % of frictions stay above",
+        label="95 % of friction coefficients stay above",
     )  # fmt: skip
     axis.axhspan(-1e3, 0, color="#d55e00", alpha=0.15)

@@ -14,9 +14,9 @@ from peg_on_hole_ros.replay.looped_recording import LoopedRecording, contents
 from peg_on_hole_ros.replay.topic_findings import TopicOddities
 
 MISFIT = (
-    "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
-    "scene, the hole's direction, joints.delay, the order of joints.names, units (N, N m), and "
-    "the stated noise"
+    "wrench and motion do not fit each other: check sensor_xyz, the tare, payload and scene, the "
+    "hole's direction, joints.delay, the order of joints.names, units (N, N m), and the stated "
+    "noise"
 )
 MISFIT_COUNT = "innovations_too_large"
 _NO_STAMPS = "those of one are all zero: its driver does not set them, and has to"
@@ -242,7 +242,7 @@ def remedy(dropped: dict[str, int], names: Sequence[str], seen: InputOddities) -
                 if _CLOCKS in text and seen.loop:
                     text = _LOOP
                 return text.format(names=list(names), lacking=seen.lacking)
-    return "docs/counts.md has what each reason asks of you"
+    return "docs/counts.md has the remedy for each reason"
 
 
 def lines(

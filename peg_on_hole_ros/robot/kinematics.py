@@ -57,7 +57,7 @@ class UrdfKinematics:
         except (ValueError, RuntimeError) as error:
             told = said.text.strip() if said else ""
             raise PegOnHoleError(
-                f"joints.urdf: {named(options)} is not a valid URDF, as its parser says: "
+                f"joints.urdf: {named(options)} is not a valid URDF: "
                 f"{cut(' '.join((told or str(error)).split()), 300)}"
             ) from None
         _check_names(pin, model, chain, options)

@@ -119,7 +119,7 @@ def read_chain(options: JointInput) -> Chain:
     if not any(joint.kind != "prismatic" for joint in moving):
         raise PegOnHoleError(
             f"{path}: no joint between the root link and {options.tip_frame} turns it, so the "
-            "joints tell nothing of its orientation"
+            "joints do not determine its orientation"
         )
     place = {name: i for i, name in enumerate(options.names)}
     source, multiplier, offset = zip(*(led[joint.name] for joint in moving))
@@ -218,7 +218,7 @@ def _check_tree(links, joints, path):
         if joint.child in above:
             raise PegOnHoleError(
                 f"{path}: joints {shown(above[joint.child])} and {shown(joint.name)} both carry "
-                f"{shown(joint.child)}; a link hangs on one"
+                f"{shown(joint.child)}; a link has one parent"
             )
         above[joint.child] = joint.name
         below[joint.parent].append(joint.child)

@@ -29,8 +29,9 @@ _BUSY = 0.9
 # What seems so many times noisier than stated is no noise: values mean something else.
 _NO_NOISE = 7.0
 _TOO_SLOW = (
-    "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
-    "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
+    "too slow for this input rate: messages wait, come late or are lost, whatever the clocks "
+    "show; a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster "
+    "machine"
 )
 _NOT_SERVED = (
     "other programs take the processor from the node: messages were lost though it had little to "

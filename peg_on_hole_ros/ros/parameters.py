@@ -94,7 +94,7 @@ class ExplainsRefusals:
     def _why_fixed(self, name):
         """Return why no value of a parameter is taken at present; empty: one may be."""
         if self.is_finalized:
-            return "the node is finalized, and reads no parameter any more; start it anew"
+            return "the node is finalized, and reads no parameter any more; start it again"
         if self.is_declared and name in _AT_START:
             return "it is read once, when the process starts; restart the node with it"
         if self.is_configured and not BY_NAME[name].live:

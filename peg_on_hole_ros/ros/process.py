@@ -30,7 +30,7 @@ _REMEDY_BY_MESSAGE = {
     "No value at": "a name has no value: give it one, or take the line out",
     "Cannot have a value before ros__parameters": "below the name of each node there is "
     "ros__parameters:, and below that its parameters",
-    "Will not support aliasing": "ROS 2 knows no anchors: write the value out",
+    "Will not support aliasing": "ROS 2 reads no anchors: write the value out",
 }
 
 

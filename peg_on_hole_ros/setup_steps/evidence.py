@@ -47,8 +47,8 @@ def take_presses(
     if axes.alike:
         cell.add(
             "wrench.axes",
-            f"in this pose the axes of {axes.alike} look the same: press again at another tilt "
-            "where it may be these",
+            f"the axes of {axes.alike} look the same in this pose: press again at another tilt if "
+            "the wrench may be in these",
         )
 
 
@@ -65,7 +65,11 @@ def take_noise(cell: Cell, record: Recording, source: str) -> None:
     )
     if filtered.cutoff > 0.0:
         value = float(f"{filtered.cutoff:.3g}")
-        cell.put("wrench.low_pass", value, Known(MEASURED, f"noise of neighbours in {source}"))
+        cell.put(
+            "wrench.low_pass",
+            value,
+            Known(MEASURED, f"correlation of successive wrenches in {source}"),
+        )
     elif filtered.enough and not cell.is_given("wrench.low_pass"):
         cell.tell("wrench.low_pass", Known(MEASURED, f"{source} shows none"))
 
@@ -73,11 +77,11 @@ def take_noise(cell: Cell, record: Recording, source: str) -> None:
 def _take_level(cell: Cell, name: str, level: NoiseLevel | None, unit: float, source: str) -> None:
     if level is None:
         if not cell.is_given(name):
-            cell.tell(name, Known(UNKNOWN, f"{source} shows no noise; state it"))
+            cell.tell(name, Known(UNKNOWN, f"state it: {source} shows no noise"))
         return
     value = unit * exp(level.log)
     spread = NORMAL_95 * level.stddev * value
-    how = f"+- {spread:.2g}, differences of neighbours in {source}"
+    how = f"+- {spread:.2g}, differences of successive samples in {source}"
     cell.put(name, float(f"{value:.3g}"), Known(MEASURED, how))
 
 
@@ -114,10 +118,12 @@ def take_payload(cell: Cell, values: dict[str, object], payload: Payload, source
     whole = payload.mass + peg
     if payload.mass < -doubt and not any(map(cell.is_contradicted, _WEIGHT_RESTS_ON)):
         if abs(whole) < doubt:
-            text = f"{by} weigh nothing: the controller takes the weight off: state compensated"
+            text = f"state compensated: the controller subtracts the weight, as {by} weigh nothing"
             cell.contradict("wrench.gravity", text)
         else:
-            text = f"{by} weigh {whole:.3g} kg in all, less than the peg of {peg:g} kg: weigh it"
+            text = (
+                f"weigh the peg: {by} weigh {whole:.3g} kg in all, less than the peg of {peg:g} kg"
+            )
             cell.contradict("scene.peg_mass", text)
     for basis in _WEIGHT_RESTS_ON:
         if cell.is_contradicted(basis):
@@ -155,14 +161,14 @@ def compare_zero(
     wrench = configuration.wrench
     left = zero_of(poses, configuration).value[:3] - np.array(wrench.bias_force)
     size = float(np.linalg.norm(left))
-    line = f"the still peg in {source} is left {size:.2g} N of it"
+    line = f"the bias of the still peg in {source} differs from it by {size:.2g} N"
     if size <= most:
         cell.add("wrench.bias_force", line)
         return
     cell.contradict(
         "wrench.bias_force",
-        f"{line}: the zero has moved, or something touches or was mounted since; record poses "
-        "and hang again one after the other, or tare (wrench.tare_automatically: true)",
+        "the bias has drifted, or something touches or was mounted since: record poses and hang "
+        f"again one after the other, or tare (wrench.tare_automatically: true); {line}",
     )
 
 
@@ -196,7 +202,7 @@ def take_weight(
         f"{NORMAL_95 * weight.off_stddev:.2g} degrees off it"
     )
     if weight.off <= max(STATED_GRAVITY_TEST.most_off, doubt):
-        cell.add(GRAVITY, f"{said}, contradicted by {weight.newtons:.2g} N")
+        cell.add(GRAVITY, f"{said}, which is {weight.newtons:.2g} N: it fits")
         return
     R_RH = rotation_from_rpy(configuration.joints.hole_rpy)
     down = R_RH @ weight.direction
@@ -207,15 +213,15 @@ def take_weight(
     ]
     g = [float(f"{9.80665 * x:.5g}") for x in weight.direction]
     way = (
-        f"joints.gravity_link: {fits[0]} would fit"
+        f"set joints.gravity_link: {fits[0]}"
         if fits
         else "if no link of the robot is upright, state joints.gravity_link: stated and "
         f"scene.gravity: {g}"
     )
     cell.contradict(
         GRAVITY,
-        f"{said}, {weight.newtons:.2g} N: {way}; else tip_frame, peg_rpy, sensor_rpy or the "
-        "order of joints.names is wrong",
+        f"{way}, unless tip_frame, peg_rpy, sensor_rpy or the order of joints.names is wrong: "
+        f"{said}, which is {weight.newtons:.2g} N",
     )
 
 
@@ -225,9 +231,11 @@ def compare_compensated(cell: Cell, poses: StillPoses, source: str) -> None:
     spread = float(np.sqrt(np.mean(np.sum((force - force.mean(axis=0)) ** 2, axis=1))))
     said = f"the force changes by {spread:.2g} N between {len(force)} still poses in {source}"
     if spread > STILL_POSE_TEST.most_compensated:
-        cell.contradict("wrench.gravity", f"{said}: the weight is in it, state measured")
+        cell.contradict(
+            "wrench.gravity", f"state measured: the wrench contains the weight, as {said}"
+        )
     else:
-        cell.add("wrench.gravity", f"{said}: it fits")
+        cell.add("wrench.gravity", f"it fits: {said}")
 
 
 def compare_axes(cell: Cell, left: float, others: dict[str, float], source: str) -> None:
@@ -244,17 +252,17 @@ def compare_axes(cell: Cell, left: float, others: dict[str, float], source: str)
     """
     if left <= STILL_POSE_TEST.most_left:
         return
-    said = f"still poses in {source} are {left:.2g} N from any weight and zero"
+    said = f"still poses in {source} are {left:.2g} N from any weight and bias"
     best = min(others, key=lambda name: others[name], default="")
     if best and others[best] <= STILL_POSE_TEST.most_left:
         text = (
-            f"{said}, and {others[best]:.2g} N with wrench.axes: {best}: state it; if presses do "
-            "not find it, joints.peg_rpy or tip_frame is turned about the peg's axis"
+            f"state wrench.axes: {best}; if presses do not find it, joints.peg_rpy or tip_frame "
+            f"is turned about the peg's axis: {said}, and {others[best]:.2g} N with {best}"
         )
     else:
         text = (
-            f"{said}: other axes, joints.peg_rpy, tip_frame or the order of joints.names, or "
-            "something touched"
+            "these axes, joints.peg_rpy, tip_frame or the order of joints.names is wrong, or "
+            f"something touched: {said}"
         )
     cell.contradict("wrench.axes", text)
 

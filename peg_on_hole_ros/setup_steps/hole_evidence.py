@@ -22,26 +22,26 @@ def take_plate(cell: Cell, plate: TouchedPlate, configuration: Configuration, so
     elif plate.off > doubt + INSERTED_END.most_off:
         cell.contradict(
             "joints.hole_rpy",
-            f"by {by} it is {plate.off:.2g} +- {doubt:.2g} degrees off: {rpy} would fit, or "
-            "tip_frame is wrong, or the hole is not square to its plate",
+            f"set {rpy}, unless tip_frame is wrong or the hole is not square to its plate: it is "
+            f"{plate.off:.2g} +- {doubt:.2g} degrees off the normal of {by}",
         )
     else:
-        cell.add("joints.hole_rpy", f"by {by} {plate.off:.2g} +- {doubt:.2g} degrees off: it fits")
+        cell.add("joints.hole_rpy", f"it fits {by}: {plate.off:.2g} +- {doubt:.2g} degrees off")
     if not cell.is_given("joints.hole_xyz"):
         cell.tell(
             "joints.hole_xyz",
-            Known(UNKNOWN, f"{by} tell how it lies, not where its centre is: state it"),
+            Known(UNKNOWN, f"state it: {by} determine its direction, not its centre"),
         )
         return
     height = f"{1e3 * abs(plate.above):.2g} mm {'above' if plate.above > 0.0 else 'below'} it"
     if abs(plate.above) > INSERTED_END.most_aside:
         cell.contradict(
             "joints.hole_xyz",
-            f"by {by} the plate is {height}: correct it, or peg_xyz or tip_frame is wrong by as "
-            "much",
+            "correct it, unless peg_xyz or tip_frame is wrong by as much: by "
+            f"{by} the plate is {height}",
         )
     else:
-        cell.add("joints.hole_xyz", f"by {by} the plate is {height}: it fits")
+        cell.add("joints.hole_xyz", f"it fits {by}: the plate is {height}")
 
 
 def take_hole(
@@ -67,11 +67,12 @@ def take_hole(
     elif found.off > found.off_bound + INSERTED_END.most_off:
         cell.contradict(
             "joints.hole_rpy",
-            f"{by}, whose axis is {found.off:.2g} degrees off it, of which the clearance "
-            f"explains {found.off_bound:.2g}: {rpy} would fit, or peg_rpy or tip_frame is wrong",
+            f"set {rpy}, unless peg_rpy or tip_frame is wrong: {by}, whose axis is "
+            f"{found.off:.2g} degrees off it, of which the clearance explains "
+            f"{found.off_bound:.2g}",
         )
     else:
-        cell.add("joints.hole_rpy", f"{by}, {found.off:.2g} degrees off it: it fits")
+        cell.add("joints.hole_rpy", f"it fits: {by}, {found.off:.2g} degrees off it")
     if not cell.is_given("joints.hole_xyz"):
         most = 1e3 * INSERTED_END.most_aside
         how = f"+- {most:g} mm along the hole, {by}"
@@ -84,10 +85,10 @@ def take_hole(
     if max(aside, abs(above)) > INSERTED_END.most_aside:
         cell.contradict(
             "joints.hole_xyz",
-            f"{said}: {xyz} would fit, or peg_xyz or tip_frame is wrong by as much",
+            f"set {xyz}, unless peg_xyz or tip_frame is wrong by as much: {said}",
         )
     else:
-        cell.add("joints.hole_xyz", f"{said}: it fits")
+        cell.add("joints.hole_xyz", f"it fits: {said}")
 
 
 def _turn_to(axis: np.ndarray) -> np.ndarray:

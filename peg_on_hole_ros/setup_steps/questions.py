@@ -83,8 +83,8 @@ HOLE = (
 SENSOR = (
     Question(
         "wrench.gravity",
-        "measured: the numbers change where the hanging tool is tilted; compensated: the "
-        "controller knows the payload and takes its weight off.",
+        "measured: the wrench changes when the hanging tool is tilted; compensated: the "
+        "controller subtracts the weight of the payload.",
     ),
 )
 SENSOR_PLACE = (
@@ -130,5 +130,7 @@ def read_answer(name: str, text: str) -> object:
     if row.type.endswith("[]"):
         return check_one(name, values)
     if len(values) != 1:
-        raise PegOnHoleError(f"{name}: {shown(text)} has {len(values)} numbers, it takes one")
+        raise PegOnHoleError(
+            f"{name}: {shown(text)} has {len(values)} numbers, and the parameter has one"
+        )
     return check_one(name, values[0])

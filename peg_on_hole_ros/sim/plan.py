@@ -16,7 +16,7 @@ CONTACT_STIFFNESS = 1e8
 PHASE_KINDS = {
     "free": "the holder guides the peg, nothing touches",
     "contact": "the peg moves on three contacts, the holder gives way",
-    "lift_off": "as contact, until the contacts let go; then as free",
+    "lift_off": "as contact, until the contacts open; then as free",
     "two_point": "as contact, through the transition; then guided in the hole on two contacts",
     "parted": "as contact, until a contact opens; then on those left, which give a little",
     "insert": "into the hole and down it, on any contacts; the holder gives way",

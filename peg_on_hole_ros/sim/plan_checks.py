@@ -87,7 +87,7 @@ def check_together(plan: Plan) -> None:
         if phase.friction is not None and phase.kind not in ("contact", "two_point", "insert"):
             raise PegOnHoleError(
                 f"simulation.phases.{phase.name}.friction is for contact, two_point and insert; "
-                f"in {phase.kind} contacts let go: set it in the phase before"
+                f"in {phase.kind} contacts open: set it in the phase before"
             )
         before = phase.kind
 

@@ -25,7 +25,7 @@ from peg_on_hole_ros.sim.plan import PHASE_KINDS, Plan, holder_program
 NEAR_TRANSITION = 2e-3
 PARTED_ENDS = {
     "end": "the program is over",
-    "gap": "a gap of 0.5 mm is reached, beyond which the simulation knows no more",
+    "gap": "a gap of 0.5 mm is reached, and the simulation ends",
     "transition": "gamma0 is reached, and the simulation ends",
     "force limit": "the holder's force limit is reached",
     "torque limit": "the holder's torque limit is reached",
@@ -210,14 +210,14 @@ def _contact_ended(run, what):
             )
         run.ended_by = "end"
     elif what == "transition" or (what[:4] == "open" and gamma < gamma0 + NEAR_TRANSITION):
-        how = "gamma0 reached" if what == "transition" else f"contact {what[5:]} let go"
+        how = "gamma0 reached" if what == "transition" else f"contact {what[5:]} opened"
         run.event(f"transition to two-point contact: {how} at gamma = {gamma:.6f} rad")
         if kind == "two_point":
             _two_point(run)
         else:
             run.ended_by = "transition"
     elif what[:4] == "open" and kind == "lift_off":
-        run.event(f"lift-off: contact {what[5:]} let go first at gamma = {gamma:.6f} rad")
+        run.event(f"lift-off: contact {what[5:]} opened first at gamma = {gamma:.6f} rad")
         _let_go(run)
     elif what == "wedged":
         run.event(f"wedged at gamma = {gamma:.6f} rad: rigid sliding has no solution any more")

@@ -88,9 +88,9 @@ def planned_motion(configuration: Configuration, wrench_rate: int) -> Truth:
     plan = plan_motion(scene, cell, configuration.monitor.max_normal)
     if not plan.possible:
         raise PegOnHoleError(
-            "no motion keeps the limits of this cell (peg-on-hole plan says which, and what would "
-            "do), so there is none to compare methods on; give a recording with --bag, or a file "
-            "with a part 'simulation:'"
+            "give a recording with --bag, or a file with a section 'simulation:': no motion keeps "
+            "the limits of this cell, so methods cannot be compared on one (peg-on-hole plan "
+            "names the limits, and changes that make a motion possible)"
         )
     return led_through(configuration, plan.motion, wrench_rate)
 

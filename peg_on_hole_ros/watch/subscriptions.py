@@ -122,7 +122,7 @@ class WatchedNode:
         if silent > SILENT_AFTER:
             return (
                 f"no estimate for {silent:.0f} s: does the wrench come, do joint states? "
-                "/diagnostics says what became of them"
+                "/diagnostics reports what became of them"
             )
         if self.configuration is None:
             return self._wrong or "waiting for the node's settings: the drawing has the defaults"

@@ -76,8 +76,8 @@ def test_the_help_says_whose_configuration_holds(capsys):
         main(["--help"])
     told = " ".join(capsys.readouterr().out.split())
     assert (
-        "without one replay, inspect and calibrate use the configuration in the bag, if it has "
-        "one, and else, as all others, the defaults of config/peg_on_hole.yaml"
+        "Without one, replay, inspect and calibrate use the configuration in the bag. If the bag "
+        "has none, and in all other commands, the defaults of config/peg_on_hole.yaml are used."
     ) in told
 
 

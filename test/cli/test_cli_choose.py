@@ -176,12 +176,12 @@ def test_words_say_what_would_give_more():
         Limit("a wrench at 500 Hz", 0.0199, 0.05),
     ]
     (line,) = choose._limit_lines(best, known, Tolerances())
-    assert "half of the noise of the force would give 1 % for 2 %" in line
-    assert "a wrench at 500 Hz gives nothing" in line
+    assert "half of the noise of the force would reduce it from 2 % to 1 %" in line
+    assert "a wrench at 500 Hz changes nothing" in line
     # Where the tilt's rate is what falls short, it is what is told of.
     (line,) = choose._limit_lines(best._replace(tilt_rate=0.2), known, Tolerances())
-    assert line.startswith("what limits the tilt's rate: ")
-    assert "half of the noise of the force would give 5 % for 20 %" in line
+    assert line.startswith("what limits the error of the tilt's rate: ")
+    assert "half of the noise of the force would reduce it from 20 % to 5 %" in line
 
 
 @pytest.fixture
@@ -203,7 +203,7 @@ def test_choose_says_what_is_nearest(few, capsys):
     given = ["choose", "--config", CLOSING, "--seeds", "2", "--within", "0.05%"]
     assert main(given) == 0
     text = capsys.readouterr().out
-    assert "nothing is enough for reactions within 0.05 %" in text and "nearest: " in text
+    assert "no combination is enough for reactions within 0.05 %" in text and "nearest is " in text
     assert "the flag within 10 ms (not tested: this motion ends before the transition)" in text
 
 

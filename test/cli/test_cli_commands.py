@@ -78,8 +78,8 @@ def test_simulate_refuses_what_it_cannot_do_before_the_work(tmp_path, capsys):
     fails(
         capsys,
         2,
-        f"{path} has no part 'simulation:' with 'ros__parameters:' below it, so it says nothing "
-        "of what to simulate; config/working_cycle.yaml is an example",
+        f"{path} has no part 'simulation:' with 'ros__parameters:' below it, so there is no "
+        "motion to simulate; config/working_cycle.yaml is an example",
         *("simulate", "--config", path, "--out", out),
     )
     fails(

@@ -144,7 +144,7 @@ def sliding(tmp_path_factory):
 def test_a_right_recording_is_not_doubted(sliding, capsys):
     assert main(["replay", str(sliding)]) == 0
     told = capsys.readouterr().out
-    words = ("not used", "not believed", "unknown throughout", "what the wrench makes of it")
+    words = ("not used", "not believed", "unknown throughout", "do not fit each other")
     assert not [word for word in words if word in told]
     assert not [line for line in told.splitlines() if line.startswith(("wrench:", "joints:"))]
     assert main(["inspect", str(sliding), "--json"]) == 0
@@ -424,7 +424,7 @@ def test_a_lever_arm_that_is_wrong_is_told_in_words(sliding, tmp_path, capsys):
     wrong = config(tmp_path, "wrench: {sensor_xyz: [0.002, 0.0, 0.07]}")
     assert main(["replay", str(sliding), "--config", str(wrong)]) == 0
     told = capsys.readouterr().out
-    assert "innovations_too_large: the motion is not what the wrench makes of it: check" in told
+    assert "innovations_too_large: wrench and motion do not fit each other: check" in told
 
 
 def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
@@ -452,9 +452,9 @@ def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
 def test_a_recording_too_short_to_calibrate_is_told(tmp_path, capsys, changes, counts):
     path = recording(tmp_path / "a.mcap", **changes)
     message = (
-        f"{path}: {counts} with stamps of their own can be used, a calibration needs at least 250 "
-        "joint states of steady sliding; `peg-on-hole inspect` says what is wrong, else "
-        "record longer, or faster"
+        f"{path}: {counts} with stamps of their own can be used, and a calibration needs at least "
+        "250 joint states of steady sliding; record longer, or at a higher rate, if `peg-on-hole "
+        "inspect` reports no other reason"
     )
     fails(capsys, 3, message, "calibrate", path, "--out", tmp_path / "c.yaml")
 

@@ -108,7 +108,7 @@ def test_what_is_stated_by_half_is_told_of_a_configuration_in_the_bag_too(tmp_pa
     ):
         assert main(["inspect", *map(str, arguments)]) == 0
         said = capsys.readouterr().err
-        assert said.count("the zero of the forces counts as known") == 1
+        assert said.count("unless the bias of the forces is known") == 1
 
 
 def test_all_that_is_unreadable_is_counted_together(tmp_path, capsys):

@@ -37,13 +37,13 @@ def test_the_pose_that_is_missing_is_named(tmp_path, capsys):
     out = str(tmp_path / "found.yaml")
     two = poses(tmp_path / "two.mcap", [[0.05, 0, 0], [0.5, 0, 0]])
     assert main(["calibrate", str(two), "--payload", "--out", out]) == 0
-    said = "missing: gravity turned about one axis only: the mass centre along x of the sensor is"
+    said = "gravity turned about one axis only, and the mass centre along x of the sensor is"
     assert said in capsys.readouterr().out
 
     one = poses(tmp_path / "one.mcap", [[0.3, 0, 0]])
     message = (
-        "1 still poses, all with one direction of gravity in the sensor's axes: nothing tells "
-        "weight from zero; tilt the peg by 20 degrees and more between them"
+        "tilt the peg by 20 degrees and more between still poses: 1 with one direction of gravity "
+        "in the sensor's axes do not distinguish weight from bias"
     )
     fails(capsys, 2, message, "calibrate", one, "--payload", "--out", out)
 
@@ -52,8 +52,8 @@ def test_wrenches_that_are_freed_of_weight_are_refused(tmp_path, capsys):
     path = config(tmp_path, "wrench: {gravity: compensated}")
     bag = write_bag(tmp_path / "a.mcap")
     message = (
-        "wrench.gravity = 'compensated': calibrate takes wrenches with wrench.gravity: measured "
-        "alone; record them so"
+        "wrench.gravity = 'compensated': calibrate needs wrench.gravity: measured; record the "
+        "wrench without compensation of the weight"
     )
     out = tmp_path / "found.yaml"
     fails(capsys, 2, message, "calibrate", bag, "--config", path, "--out", out)

@@ -65,7 +65,7 @@ def test_no_other_name_of_what_is_read_is_overwritten(recording, capsys):
 def test_nothing_is_put_among_the_parts_of_a_bag_that_nothing_describes(recording, capsys):
     (recording / "metadata.yaml").unlink()
     message = (
-        "cannot write rec/rec_2.mcap: it would be taken for a part of the bag rec, which has no "
+        "cannot write rec/rec_2.mcap: it would be read as a part of the bag rec, which has no "
         "metadata.yaml"
     )
     fails(capsys, 2, message, "replay", "rec", "--out", "rec/rec_2.mcap")

@@ -15,7 +15,7 @@ def test_the_example_is_planned_in_words_and_written_for_a_robot(tmp_path, capsy
     assert main(["plan", "--config", str(CELL), "--out", str(out)]) == 0
     text = capsys.readouterr().out
     assert text.startswith("From a tilt of 0.2 rad, pushing -10 N along h, -30 N along z:\n  1. ")
-    assert "begin to turn" in text and "without turning: it wedges with a probability" in text
+    assert "begin to turn" in text and "without turning: the peg wedges with a probability" in text
     data = json.loads((out / "plan.json").read_text())
     assert data["possible"] and data["aim"] == "time" and data["remedies"] == []
     assert data["press"] == {"h": -10.0, "e": 0.0, "z": -30.0}
@@ -55,7 +55,7 @@ def test_no_plan_is_an_answer(tmp_path, capsys):
     assert main(["plan", "--config", str(path)]) == 0
     text = capsys.readouterr().out
     assert text.startswith("No motion within these limits is safe")
-    assert "What would do: push with at most " in text
+    assert "Each of these changes makes a motion possible: push with at most " in text
 
 
 @pytest.mark.parametrize(

@@ -61,8 +61,9 @@ def test_a_sensor_at_an_angle_of_its_own_stays_there(tmp_path):
 def test_another_number_of_presses_says_what_to_do(tmp_path, capsys, pushes):
     bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg", pushes)
     message = (
-        f"{len(pushes)} presses of 5 N and 0.3 s, not 3: with the peg still, push it up at its "
-        "lower end, then along its x, then along its y, with a pause between"
+        "push the still peg up at its lower end, then along its x, then along its y, with 5 N and "
+        "more for 0.3 s and more, and a pause between: the recording has "
+        f"{len(pushes)} such presses, not 3"
     )
     fails(capsys, 2, message, "calibrate", bag, "--presses", "--out", tmp_path / "o.yaml")
 
@@ -105,8 +106,8 @@ def test_base_axes_without_joint_states_are_refused(tmp_path, capsys):
     bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg")
     stated = config(tmp_path, "wrench: {axes: base}")
     message = (
-        f"{bag} has no joint state that can be used: with wrench.axes: base presses tell nothing "
-        "without the peg's orientation; record the joint states too"
+        "record the joint states too: with wrench.axes: base presses need the peg's orientation, "
+        f"and {bag} has no joint state that can be used"
     )
     out = tmp_path / "o.yaml"
     fails(capsys, 3, message, "calibrate", bag, "--presses", "--config", stated, "--out", out)

@@ -101,7 +101,9 @@ def test_reactions_that_were_determined_nowhere_have_no_largest(bag, tmp_path, c
     arguments = ["replay", str(bag), "--report", str(report), "--summary", str(summary)]
     assert main(arguments) == 0
     told = capsys.readouterr().out.splitlines()
-    assert "largest reaction: none, as they were determined nowhere (reactions_determined)" in told
+    assert (
+        "largest reaction: none, because no sample determines them (reactions_determined)" in told
+    )
     row = next(line.split() for line in told if "unfinished" in line)
     assert row[4] == "-"
     content = json.loads(summary.read_text())

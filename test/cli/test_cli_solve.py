@@ -83,11 +83,13 @@ def test_the_scene_is_that_of_the_configuration(tmp_path, capsys):
     [
         (
             ["--known", "N_K=1"],
-            "--known needs --unknown: name what is asked for, such as --unknown N_K,N_B1,N_B2",
+            "--known needs --unknown: name the quantities to solve for, such as --unknown "
+            "N_K,N_B1,N_B2",
         ),
         (
             ["--frame", "peg"],
-            "--frame needs --unknown: name what is asked for, such as --unknown N_K,N_B1,N_B2",
+            "--frame needs --unknown: name the quantities to solve for, such as --unknown "
+            "N_K,N_B1,N_B2",
         ),
         (
             ["--unknown", "N_K", "--wrench", "1,0,0,0,0,0"],
@@ -117,7 +119,10 @@ def test_the_scene_is_that_of_the_configuration(tmp_path, capsys):
             "'N_A' is none of the quantities ddgamma, ddpsi, ddphi, N_K, N_B1, N_B2, F_x, F_y, "
             "F_z, M_x, M_y, M_z",
         ),
-        (["--unknown", ""], "0 unknowns: six equations tell one to six; declare others known"),
+        (
+            ["--unknown", ""],
+            "0 unknowns: six equations determine one to six; declare others known",
+        ),
     ],
 )
 def test_a_declaration_that_is_none_is_refused(arguments, message, capsys):

@@ -240,13 +240,13 @@ def test_impossible_parameters_are_named_with_value_range_and_remedy(given, mess
     [
         (
             {"wrench.bias_torque_stddev": 0.01},
-            "wrench.bias_torque_stddev = 0.01 N m beside wrench.bias_force_stddev = 0: the zero "
-            "of the forces counts as known; state how well both are, unless it is",
+            "state wrench.bias_force_stddev too, unless the bias of the forces is known, as 0 "
+            "means: wrench.bias_torque_stddev is 0.01 N m",
         ),
         (
             {"wrench.bias_force_stddev": 0.5},
-            "wrench.bias_force_stddev = 0.5 N beside wrench.bias_torque_stddev = 0: the zero of "
-            "the torques counts as known; state how well both are, unless it is",
+            "state wrench.bias_torque_stddev too, unless the bias of the torques is known, as 0 "
+            "means: wrench.bias_force_stddev is 0.5 N",
         ),
         ({}, ""),
         ({"wrench.bias_force_stddev": 0.5, "wrench.bias_torque_stddev": 0.01}, ""),

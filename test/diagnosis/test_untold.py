@@ -16,7 +16,7 @@ from peg_on_hole_ros.replay.run import stored_configuration
 from recorded_faults import BAGS, samples
 
 JAM, SLIP, CYCLE = BAGS
-WRONG = "friction is learnt as"
+WRONG = "friction seems to be"
 NUMBER = re.compile(r"\d+\.?\d*(?:e-?\d+)?")
 
 

@@ -66,7 +66,7 @@ def test_it_is_tared_where_it_has_hung_still_for_a_second():
     list(line.play(recorded[:middle]))
     answer = line.tare()
     assert answer.success, answer.message
-    assert "from the start on, and what it read is taken as the zero" in answer.message
+    assert "since the start, and the reading is assumed to be the bias" in answer.message
     # A mean of half a second, 250 wrenches of 0.2 N and 5 mN m.
     assert answer.message.startswith("tare over 25")
     taken = line.processor.reduction.taken_off

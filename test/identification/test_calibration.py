@@ -148,8 +148,8 @@ def test_a_cell_that_is_right_is_left_as_it_is_and_what_is_not_told_is_named():
     across = found.estimates[QUANTITY_NAMES.index("bias_force_x")]
     assert not across.seen and "bias_torque_y" in across.alike
     said = "\n".join(not_seen(found))
-    assert "force bias along x: told from friction, weight and the other biases only" in said
-    assert "motion cannot tell it apart from" in said and "torque bias about y" in said
+    assert "force bias along x: record half a turn or more" in said
+    assert "(in this motion it looks like" in said and "torque bias about y" in said
     row = next(row for row in rows(found) if row[0] == "force bias along x")
     assert row[2:4] == ("?", "?")
 

@@ -252,7 +252,8 @@ def test_a_bag_that_links_lead_to_in_circles_has_its_shortest_name(tmp_path, cap
             ["--jobs", "2", "--dask", "a:1", "--out", "o"],
         ),
         (
-            "--summary is for one bag: of many each has its summary, with the tries, in --out",
+            "--summary is for one bag: with many bags each has its summary, with the tries, in "
+            "--out",
             ["--jobs", "2", "--summary", "s.json", "--out", "o"],
         ),
     ],

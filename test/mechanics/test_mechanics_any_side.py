@@ -152,7 +152,7 @@ def test_a_pulling_reaction_is_named():
     [
         (("N_C",), {}, "'N_C' is none of the quantities ddgamma, ddpsi"),
         (("N_K",), {"N_K": 1.0}, "N_K named twice"),
-        ((), {}, "0 unknowns: six equations tell one to six"),
+        ((), {}, "0 unknowns: six equations determine one to six"),
         (ACCELERATIONS + REACTIONS + ("F_h",), {}, "7 unknowns"),
         (("N_K",), {"F_z": np.nan}, "F_z = nan is not finite"),
     ],

@@ -200,7 +200,7 @@ def test_what_means_nothing_is_not_among_the_numbers():
 @pytest.mark.parametrize(
     ("given", "level", "says"),
     [
-        ({"wedging": 0.8, "risk": 0.8}, WARN, ("wedges", "do not close on")),
+        ({"wedging": 0.8, "risk": 0.8}, WARN, ("wedges", "do not continue this closing")),
         ({"wedging": 1.0, "risk": 1.0}, ERROR, ("wedges", "reverse")),
         ({"stall": 0.99, "wedging": 0.5, "risk": 0.99}, ERROR, ("stalls", "less force")),
         ({"load": 0.99, "risk": 0.99}, ERROR, ("load", "reduce the force")),

@@ -34,8 +34,9 @@ HOLDER = {"force_limit": 2e3, "torque_limit": 200.0}
 ENCODE = Encoder(WRENCH)
 CLOSING = [-0.16, 0.0, 0.0]
 SAID = re.compile(
-    r"at \d+ N of push: (?:push with at most (?P<share>\d+)%, )?(?:turn at (?P<turn>[\d.]+) rad/s "
-    r"|(?P<on>go on like this), push no more, )and the load at K stays under (?P<load>\d+) N$"
+    r"at \d+ N of push: (?:push with at most (?P<share>\d+)%, )?(?:turn at (?P<turn>[\d.]+) rad/s"
+    r"|(?P<on>continue this motion) and do not push harder), so that the load at K stays under "
+    r"(?P<load>\d+) N$"
 )
 
 

@@ -41,7 +41,7 @@ def test_an_error_is_passed_over_where_it_is_turned_off():
 
 @pytest.mark.parametrize("follows", [True, False])
 def test_a_warning_slows_turns_and_presses_less_by_its_advice(follows):
-    text = "push with at most 30%, close at 0.02 rad/s, turn at 0.14 rad/s and the load stays"
+    text = "push with at most 30%, close at 0.02 rad/s, turn at 0.14 rad/s so that the load stays"
     world = World(alarms=while_aligning(1, text))
     options = replace(OPTIONS, follow_warn=follows, stop_on_error=False)
     assert world.run(insert.Program(options)).outcome == "inserted"

@@ -214,7 +214,7 @@ def test_a_disk_that_fills_up_ends_the_record_and_not_the_node(tmp_path, capfd):
 def test_what_is_stated_by_half_is_told(capfd):
     with configured("-p", "wrench.bias_torque_stddev:=0.01"):
         pass
-    assert "the zero of the forces counts as known" in capfd.readouterr().err
+    assert "unless the bias of the forces is known" in capfd.readouterr().err
 
 
 def fill_disk(node):

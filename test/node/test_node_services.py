@@ -57,7 +57,7 @@ def test_a_tare_is_a_success_only_when_something_was_taken():
     assert not silent.success and silent.message.startswith("nothing taken: no wrench has come")
     # Told at the end at the latest.
     assert sum(int(n) for n in re.findall(r"tare refused: (\d+) time", text)) == 2
-    assert reset.success and reset.message.startswith("filter and monitor restarted")
+    assert reset.success and reset.message.startswith("filter and monitor are restarted")
 
 
 def test_motions_are_announced_and_poses_taken():
@@ -86,7 +86,7 @@ def test_motions_are_announced_and_poses_taken():
     assert "~/expect: 'miracles' is not one of lift_off, insertion, nothing" in text
     # What a program announces, or a setting asks for, is no warning.
     assert "expected: lift_off" in text and "expected: 1 time" not in text
-    assert answer.success and answer.message.startswith("pose 1 taken: 1 still poses, all with")
+    assert answer.success and answer.message.startswith("pose 1 taken: tilt the peg by 20 degrees")
 
 
 def lift_off(begin=5.8, end=7.7):

@@ -67,7 +67,7 @@ def test_it_begins_where_it_is_told_and_goes_on_until_it_is_ended(taken):
     finally:
         process.kill()
     text, _ = process.communicate()
-    assert process.returncode == 130 and "once more, turn 2" in text and "Traceback" not in text
+    assert process.returncode == 130 and "round 2 begins" in text and "Traceback" not in text
     left = len(wrenches) - wrenches.index(bytes(got["/wrench"][0]))
     assert got["/wrench"][left] == got["/wrench"][0]
     # At the pace of the recording: no sooner than what it lasts.

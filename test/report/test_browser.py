@@ -65,7 +65,7 @@ def test_the_first_lines_say_what_happened(shown):
     )
     summary = page.inner_text("#summary")
     assert re.search(r"Worst load: \d+ N at K, \d+% of its limit of 500 N\.", summary)
-    assert "the peg has left the rim: begin anew from free air, or press it on" in summary
+    assert "the peg has left the rim: begin again from free air, or press it on" in summary
     assert "Nothing was dropped: all 17552 messages were used." in summary
     assert "The data do not contradict the settings." in summary
 

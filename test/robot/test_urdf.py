@@ -164,8 +164,8 @@ ROLL = JOINTS[:3] + ("arm_5", "arm_6", "arm_7")
         (
             {"names": ("finger_left",), "tip_frame": "left"},
             lambda t: re.sub('"(revolute|continuous)"', '"fixed"', t),
-            "{path}: no joint between the root link and left turns it, so the joints tell "
-            "nothing of its orientation",
+            "{path}: no joint between the root link and left turns it, so the joints do not "
+            "determine its orientation",
         ),
         (
             {},
@@ -228,7 +228,7 @@ def test_refusals_name_what_is_wrong(tmp_path, change, edit, message):
 @needs_pinocchio
 def test_what_only_the_parser_refuses_is_told_in_its_words_and_by_nobody_else(tmp_path, capfd):
     path = write(tmp_path, TEXT.replace('effort="', 'effort="x', 1))
-    with pytest.raises(PegOnHoleError, match="as its parser says: .*effort value .x176. is not"):
+    with pytest.raises(PegOnHoleError, match="is not a valid URDF: .*effort value .x176. is not"):
         orientation_source(options(urdf=path))
     # Of a colour or a mesh it complains as well, and goes on.
     unused = write(tmp_path, TEXT.replace('length="0.16"', 'length="x"', 1))

@@ -72,14 +72,15 @@ def _check(arguments):
     for name in ("summary", "cycles"):
         if getattr(arguments, name):
             raise PegOnHoleError(
-                f"--{name} is for one bag: of many each has its summary, with the tries, in --out"
+                f"--{name} is for one bag: with many bags each has its summary, with the tries, "
+                "in --out"
             )
     if arguments.smooth:
         raise PegOnHoleError("--smooth is for one bag")
     if arguments.report not in (None, True):
         raise PegOnHoleError(
-            f"--report {arguments.report} is for one bag: of many each has its own report, in "
-            "--out; give --report alone"
+            f"--report {arguments.report} is for one bag: with many bags each has its own "
+            "report, in --out; give --report alone"
         )
     if not arguments.out:
         raise PegOnHoleError("many bags need a folder for their results: name one with --out DIR")
@@ -125,7 +126,7 @@ def outcome(result: dict) -> str:
             told.append(f"{len(cycles) - len(told)} more tries")
         changes = sum(alarm["level"] != "OK" for alarm in result["summary"]["alarms"])
         told += [f"{changes} alarms"] if changes else []
-        told += [f"{len(result['doubts'])} doubts"] if result["doubts"] else []
+        told += [f"{len(result['doubts'])} warnings"] if result["doubts"] else []
     if result["error"]:
         told.append(f"error: {result['error']}")
     return ", ".join(told) + (" (done before)" if result["done_before"] else "")

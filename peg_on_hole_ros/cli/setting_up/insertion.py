@@ -29,7 +29,7 @@ def check_by_run(cell: Cell, bags: SetupBags, opened: Opened) -> list[str]:
     path = str(opened.bag.path)
     missing = [name for name in _NEEDED if cell.how(name).kind == UNKNOWN]
     if missing:
-        return [f"{opened.name} is not looked at: {', '.join(missing)} is not known"]
+        return [f"{opened.name} is not used: {', '.join(missing)} is not known"]
     if cell.value("joints.source") == "robot":
         found = hole_by_end(opened.orientations(), opened.configuration.scene)
         take_hole(cell, found, opened.configuration, opened.name)
@@ -39,7 +39,7 @@ def check_by_run(cell: Cell, bags: SetupBags, opened: Opened) -> list[str]:
         opened = bags.open(path)
     if cell.contradictions:
         # What comes of a wrong setting would be named beside it.
-        return [f"{opened.name} is not replayed: correct first what is contradicted"]
+        return [f"{opened.name} is not replayed: correct the contradicted settings first"]
     _take_calibration(cell, opened)
     opened = bags.open(path)
     replayed, content, score = _replayed(opened)
@@ -65,14 +65,19 @@ def check_by_run(cell: Cell, bags: SetupBags, opened: Opened) -> list[str]:
 def _take_calibration(cell: Cell, opened: Opened) -> None:
     """Take friction and delay, where the motion tells them."""
     if opened.configuration.wrench.gravity != "measured":
-        cell.tell("joints.delay", Known(UNKNOWN, "not seen where the weight is taken off"))
+        cell.tell(
+            "joints.delay",
+            Known(UNKNOWN, "not estimated where the controller subtracts the weight"),
+        )
         return
     try:
         with ProgressBar("calibrating") as progress:
             found = calibrate(opened.record(), opened.configuration, progress)
     except BagError as error:
         if not cell.is_given("joints.delay"):
-            cell.tell("joints.delay", Known(UNKNOWN, f"{opened.name} does not tell it: {error}"))
+            cell.tell(
+                "joints.delay", Known(UNKNOWN, f"{opened.name} does not determine it: {error}")
+            )
         return
     for one in found.estimates:
         name = _FOUND.get(one.name)
@@ -90,13 +95,13 @@ def _take_calibration(cell: Cell, opened: Opened) -> None:
 
 def _not_seen(name: str, source: str) -> Known:
     """Return what is known of a parameter that the motion does not tell."""
-    how = f"the motion in {source} does not tell it"
+    how = f"the motion in {source} does not determine it"
     if name == "scene.friction":
         return Known(DEFAULT, f"{how}; it is estimated from contact on")
     return Known(
         UNKNOWN,
-        f"{how}; 0 is right where the stamps of robot and sensor are those of one clock, else "
-        "record quick changes of speed while the peg slides",
+        f"{how}; 0 is right if one clock stamps robot and sensor, else record quick changes of "
+        "speed while the peg slides",
     )
 
 

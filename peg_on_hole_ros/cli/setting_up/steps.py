@@ -146,7 +146,7 @@ class Steps:
         dialogue.say("\n".join(robot.lines(likely)))
         if not cell.is_given("joints.tip_frame"):
             cell.put(
-                "joints.tip_frame", likely, Known(FOLLOWS, "the last link of the longest way")
+                "joints.tip_frame", likely, Known(FOLLOWS, "the last link of the longest chain")
             )
             dialogue.ask(Question("joints.tip_frame", "The link that carries the peg."), check)
         check()

@@ -96,5 +96,5 @@ class CoarseJoints(Suspect):
             f"({number(step * 180.0 / pi, 2)} degrees) on {self._topic}, at {name}, which is "
             "wider than joints.position_stddev: coarse encoders, or a driver that rounds: have "
             f"it send all digits, or state joints.position_stddev: {number(fits, 2)}. Until then "
-            "orientations are taken as that noisy, and reactions are withheld"
+            "the variance of a step is added to each orientation, and reactions are withheld"
         )

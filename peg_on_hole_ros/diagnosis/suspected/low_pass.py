@@ -66,8 +66,8 @@ class LowPass(Suspect):
         pole = self._noise.pole
         wider = sqrt((1.0 + pole) / (1.0 - pole))
         return (
-            "low-pass: the noise of neighbouring wrenches is alike, as behind a filter of about "
-            f"{quantity(self._noise.cutoff, 'Hz', 2)}: turn the driver's filter off, or state "
-            f"wrench.low_pass, and force_stddev and torque_stddev {number(wider, 2)} times as "
-            "large"
+            "low-pass: the noise of successive wrenches is correlated, as behind a filter of "
+            f"about {quantity(self._noise.cutoff, 'Hz', 2)}: turn the driver's filter off, or "
+            f"state wrench.low_pass, and force_stddev and torque_stddev {number(wider, 2)} "
+            "times as large"
         )

@@ -60,7 +60,8 @@ class Kind(NamedTuple):
 def _gravity(configuration, x):
     measured = configuration.wrench.gravity == "compensated"
     value = "measured" if measured else "compensated"
-    what = "is not taken off the wrench" if measured else "is taken off the wrench already"
+    already = "is subtracted from the wrench already"
+    what = "is not subtracted from the wrench" if measured else already
     text = f"the weight {what}: set wrench.gravity: {value}; {{fits}}"
     return Finding(text, {"gravity": value})
 

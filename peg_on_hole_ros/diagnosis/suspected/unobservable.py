@@ -223,10 +223,10 @@ class Unobservable(Suspect):
         self._refuted = self._refuted + 1 if nats > UNOBSERVABLE_TEST.refuted else 0
         if self._refuted >= UNOBSERVABLE_TEST.looks and self.finding is None:
             self.finding = Finding(
-                f"friction is learnt as {friction:.3f} with {stddev:.2g}, {off:.1f} deviations "
-                f"of such a change from scene.friction = {self._scene.friction:g} with "
-                f"{stated:g}: it is another, or makes up for a force along the peg, a lever or a "
-                "weight that is off",
+                f"friction seems to be {friction:.3f} +- {stddev:.2g} instead of scene.friction = "
+                f"{self._scene.friction:g} +- {stated:g}, a change of {off:.1f} standard "
+                "deviations; an error of a force along the peg, of a lever or of a weight looks "
+                "the same",
                 {},
                 "scene",
                 hint=True,
@@ -256,7 +256,7 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
 # How far off each of KINDS is meant to be, in words.
 _OFF_BY = (
     "friction by {}", "the clearance by {}", "a force along the peg of {}",
-    "a force across the peg of {}", "the torque's zero by {}", "the hole's direction by {}",
+    "a force across the peg of {}", "the torque's bias by {}", "the hole's direction by {}",
     "gamma by {}", "the sensor's height by {}",
 )  # fmt: skip
 
@@ -285,6 +285,6 @@ def words(costs: dict[str, float | None], configuration: Configuration) -> str:
     if not lines:
         return ""
     return (
-        "settings that this motion cannot determine, and how far off a reaction is where one of "
-        f"them is: {'; '.join(lines)}"
+        "settings that this motion cannot determine, each with an offset and the error of a "
+        f"reaction that it causes: {'; '.join(lines)}"
     )

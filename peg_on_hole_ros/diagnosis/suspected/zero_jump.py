@@ -199,7 +199,7 @@ class ZeroJump(Suspect):
         shown = ", ".join(number(x, 2) for x in jump[:3])
         begun_ns = step.at_ns if self._begun_ns is None else self._begun_ns
         meanwhile = (
-            "the jump is taken off, and reactions are withheld until then"
+            "the jump is subtracted, and reactions are withheld until then"
             if self._adopts
             else "the contact mode is unknown until then (wrench.adopt_found)"
         )
@@ -208,7 +208,7 @@ class ZeroJump(Suspect):
             f"[{shown}] N as received, and {quantity(hypot(*jump[3:]), 'N m', 2)} at "
             f"{(step.at_ns - begun_ns) * 1e-9:.3f} s, from one wrench to the next all six "
             "components read zero: the driver zeroes its sensor in mid-run. Tare it where it "
-            f"hangs free (~/tare), and let the driver zero nothing meanwhile: {meanwhile}",
+            f"hangs free (~/tare), and keep the driver from zeroing meanwhile: {meanwhile}",
             {},
         )
         self._found.append(finding)

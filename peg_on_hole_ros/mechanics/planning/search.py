@@ -191,12 +191,12 @@ def remedies(scene: Scene, cell: Cell, max_normal: Sequence[float]) -> tuple[str
             lambda x: {"press": tuple(x * p for p in cell.press)},
         ),
         (
-            "let plan.max_slip_rate be {:.3g} rad/s",
+            "set plan.max_slip_rate: {:.3g} rad/s",
             tuple(x * (cell.max_slip_rate or 0.25) for x in (2, 4, 8)),
             lambda x: {"max_slip_rate": x},
         ),
         (
-            "let plan.min_closing_rate be {:.3g} rad/s",
+            "set plan.min_closing_rate: {:.3g} rad/s",
             tuple(x * cell.min_closing_rate for x in (0.5, 0.25, 0.1)),
             lambda x: {"min_closing_rate": x},
         ),

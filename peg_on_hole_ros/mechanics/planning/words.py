@@ -26,20 +26,21 @@ def in_words(
         lines.append(f"  {number}. {_stage(stage, before)}")
         before = stage.tilt, stage.rates
     lines.append(
-        f"It takes {motion.duration:.3g} s and {motion.turning:.3g} rad of turning. "
+        f"The motion takes {motion.duration:.3g} s and turns the peg by {motion.turning:.3g} rad. "
         f"{_outlook(plan.outlook, max_normal)}"
     )
-    plain = f"{_words(plan.plain.stages[-1].rates)} without turning"
+    plain = f"at {-plan.plain.stages[-1].rates[0]:.3g} rad/s without turning"
     if motion.turn_tilt is None and plan.possible:
         lines.append("No turning is needed.")
     else:
-        lines.append(f"To {plain}: {_lower(_outlook(plan.plain_outlook, max_normal))}")
+        lines.append(f"Closing {plain}: {_lower(_outlook(plan.plain_outlook, max_normal))}")
     if not plan.possible:
         lines.append(
-            "What would do: " + "; or ".join(remedies) + "."
+            "Each of these changes makes a motion possible: " + "; or ".join(remedies) + "."
             if remedies
-            else "Neither a tenth of the push, nor eight times the slip, nor a tenth of the "
-            "closing rate would do: it takes less friction, more clearance or higher limits."
+            else "Reduce friction, or increase the clearance or the limits: neither a tenth of "
+            "the push, nor eight times the slip, nor a tenth of the closing rate makes a "
+            "motion possible."
         )
     return "\n".join(lines)
 
@@ -54,17 +55,16 @@ def advice(
         ways += [f"sliding up to {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
         # Where less than a cause's least share is allowed, none may be named.
         why = [
-            f", {cause.value} with a probability of {_share(chance)}"
+            f" ({cause.value} with a probability of {_share(chance)})"
             for cause, chance in found.outlook.causes[:1]
         ]
-        return (
-            f"no {' or '.join(ways) or 'closing'} keeps the limits{''.join(why)}: lift the peg off"
-        )
-    under = f"and the load at {CONTACTS[found.contact]} stays under {found.load:g} N"
+        way = " or ".join(ways) or "closing"
+        return f"lift the peg off, as no {way} keeps the limits{''.join(why)}"
+    under = f", so that the load at {CONTACTS[found.contact]} stays under {found.load:g} N"
     if found.goes_on:
-        return f"go on like this, push no more, {under}"
+        return f"continue this motion and do not push harder{under}"
     lighter = f"push with at most {found.share:.0%}, " if found.share < 1 else ""
-    return f"{lighter}{_change(found.motion.stages[-1].rates, rates)} {under}"
+    return f"{lighter}{_change(found.motion.stages[-1].rates, rates)}{under}"
 
 
 def _change(new, rates):
@@ -85,7 +85,7 @@ def _stage(stage, before):
         )
     what = "begin to turn" if any(stage.rates[1:]) else "begin to close"
     return (
-        f"at {tilt:.4g} rad {what}: within {stage.duration:.2g} s come to "
+        f"{what} at {tilt:.4g} rad; after {stage.duration:.2g} s "
         f"{_words(stage.rates)}{_turn(stage.rates)}"
     )
 
@@ -113,8 +113,8 @@ def _outlook(ahead: Outlook, max_normal):
         for name, mean, high, limit in zip(CONTACTS, ahead.peak, ahead.peak_high, max_normal)
     )
     text = (
-        f"It wedges with a probability of {_share(ahead.wedge)}, passes another limit with "
-        f"{_share(ahead.overload)}. Largest loads: {loads}."
+        f"The peg wedges with a probability of {_share(ahead.wedge)}, and exceeds another limit "
+        f"with {_share(ahead.overload)}. Largest loads: {loads}."
     )
     if ahead.expected:
         text += (

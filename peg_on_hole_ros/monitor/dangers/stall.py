@@ -22,7 +22,8 @@ from peg_on_hole_ros.monitor.tuned import STALL_AHEAD
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
-    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
+    "the push grows while the motion stops: reduce the force on the peg, or turn it about its "
+    "axis",
     "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
     "with slip",
 )

@@ -13,9 +13,9 @@ from peg_on_hole_ros.monitor.tuned import EVIDENCE_WEIGHTS, STUCK_IN_HOLE
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
-    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
-    "side force and moment away",
-    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
+    "in the hole the load leaves the range in which the peg slides (Whitney's diagram): push "
+    "along the hole, reduce side force and moment",
+    "the peg is stuck in the hole: stop pushing, reduce side force and moment, pull back",
 )
 
 # docs/jamming.md, "In the hole", derives it.

@@ -11,7 +11,7 @@ from peg_on_hole_ros.monitor.tuned import PUSH_MEANS, WEDGING_AHEAD
 from peg_on_hole_ros.typed_record import Record
 
 ADVICE = (
-    "the peg nears the tilt at which friction wedges it: do not close on like this",
+    "the peg nears the tilt at which friction wedges it: do not continue this closing",
     "the peg wedges, or is about to: stop pushing and reverse the tilt",
 )
 
