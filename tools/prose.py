@@ -1,14 +1,18 @@
 """
 Check how the documents are written: words, sentences without a subject, numbers without a unit.
 
-    python tools/prose.py [PAGE ...]
+    python tools/prose.py [PAGE | SOURCE.py ...]
 
 Prints a line for each finding, and what to write in its place; the exit code is 1 if there is one.
-Without pages, it checks the README files, CONTRIBUTING.md and docs/, except for those that
-`tools/prose.toml` exempts. That file has the words, too. The length of a
-sentence is not limited.
+Without arguments, it checks the README files, CONTRIBUTING.md and docs/, except for those that
+`tools/prose.toml` exempts, and the texts that the program prints. That file has
+the words, too. The length of a sentence is not limited.
+
+The texts of the program are the strings in its sources that contain a blank and are no docstrings.
+Only their words are checked: a text may be a part of a sentence.
 """
 
+import ast
 import re
 import sys
 from collections.abc import Iterator
@@ -192,6 +196,44 @@ def without_unit(text: str) -> Iterator[Finding]:
                 )
 
 
+def printed(source: str) -> Iterator[tuple[int, str]]:
+    """Yield the texts of a Python source by their lines: strings with a blank, no docstrings."""
+    tree = ast.parse(source)
+    # Docstrings, and strings that document an attribute, are statements of their own.
+    documents = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    parts = {
+        id(part)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.JoinedStr)
+        for part in node.values
+    }
+    for node in ast.walk(tree):
+        if id(node) in documents or id(node) in parts:
+            continue
+        if isinstance(node, ast.JoinedStr):
+            # A value stands for a noun; a text within its expression is yielded by itself.
+            text = "".join(
+                str(part.value) if isinstance(part, ast.Constant) else "X" for part in node.values
+            )
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            text = node.value
+        else:
+            continue
+        if " " in text.strip():
+            yield node.lineno, text
+
+
+def wordings(source: str, given: dict) -> list[Finding]:
+    """Return the words in the texts of a Python source that have a better one."""
+    found = []
+    for line, text in printed(source):
+        for kept in given["kept_texts"]:
+            text = text.replace(kept, "")
+        for each in words(masked(text), given["words"]):
+            found.append(each._replace(line=line))
+    return sorted(set(found))
+
+
 def findings(text: str, rules: list[dict[str, str]]) -> list[Finding]:
     """Return all that is found on a page, from above."""
     prose = masked(text)
@@ -205,8 +247,15 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
+def sources() -> list[Path]:
+    """Return all sources of the program, whose texts users read."""
+    return sorted(
+        path for room in ("peg_on_hole_ros", "launch") for path in (ROOT / room).rglob("*.py")
+    )
+
+
 def main(arguments: list[str]) -> int:
-    """Check pages, and print what is found."""
+    """Check pages and texts of the program, and print what is found."""
     given = tomllib.loads(RULES.read_text(encoding="utf-8"))
     exempt = {ROOT / name for name in given["exempt"]}
     missing = [path for path in exempt if not path.exists()]
@@ -214,9 +263,13 @@ def main(arguments: list[str]) -> int:
     count = 0
     for path in missing:
         print(f"{RULES.name}: {path.relative_to(ROOT)} is exempt, and does not exist")
-    for page in chosen or [page for page in pages() if page not in exempt]:
+    for page in chosen or [*(page for page in pages() if page not in exempt), *sources()]:
         name = page.relative_to(ROOT) if page.is_relative_to(ROOT) else page
-        for line, found, instead in findings(page.read_text(encoding="utf-8"), given["words"]):
+        text = page.read_text(encoding="utf-8")
+        is_source = page.suffix == ".py"
+        for line, found, instead in (
+            wordings(text, given) if is_source else findings(text, given["words"])
+        ):
             count += 1
             print(f'{name}:{line}: "{found}": {instead}')
     return 1 if count or missing else 0

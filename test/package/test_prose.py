@@ -9,7 +9,8 @@ from scripts import loaded
 from simulated import ROOT
 
 PROSE = loaded(ROOT / "tools" / "prose.py")
-RULES = tomllib.loads(PROSE.RULES.read_text(encoding="utf-8"))["words"]
+GIVEN = tomllib.loads(PROSE.RULES.read_text(encoding="utf-8"))
+RULES = GIVEN["words"]
 
 CLEAN = """# Bounds of reactions
 
@@ -132,6 +133,60 @@ def test_it_prints_page_line_word_and_remedy(tmp_path, capsys):
     page.write_text("One.\n\nA load is told.\n", encoding="utf-8")
     assert PROSE.main([str(page)]) == 1
     assert re.fullmatch(r'.*page\.md:3: "told": estimate, .*\n', capsys.readouterr().out)
+
+
+PROGRAM = '''"""What is told, by its module."""
+
+KEY, NAMED = "told", {"the taken weight": "measured"}
+
+
+def line(told, learnt):
+    """Say what is told."""
+    # What a comment says.
+    size: int
+    """Of what is learnt."""
+    return f"reactions: not told, as {told} ({'a load, ' if learnt else 'no load, '}see above)"
+'''
+
+
+def test_texts_of_the_program_are_strings_with_a_blank_and_no_docstrings():
+    assert sorted(PROSE.printed(PROGRAM)) == [
+        (3, "the taken weight"),
+        (11, "a load, "),
+        (11, "no load, "),
+        (11, "reactions: not told, as X (Xsee above)"),
+    ]
+    # Neither names nor what another program reads is a finding.
+    assert PROSE.wordings(PROGRAM, GIVEN) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "word"),
+    [
+        ("raise ValueError(f'{name} says nothing')", "says"),
+        ("help='the load that\\n is learnt'", "learnt"),
+        ('f\'{name}: {"the weight is taken off" if on else ""}\'', "taken off"),
+        ("text = (\n    'a peg that '\n    f'surely hangs {how}'\n)", "surely"),
+    ],
+)
+def test_a_word_in_a_text_of_the_program_is_found(tmp_path, capsys, code, word):
+    source = tmp_path / "source.py"
+    source.write_text(f"{code}\n", encoding="utf-8")
+    assert PROSE.main([str(source)]) == 1
+    assert re.search(rf'source\.py:[12]: "{word}": ', capsys.readouterr().out)
+
+
+def test_texts_that_keep_a_word_exist():
+    texts = [
+        text
+        for path in PROSE.sources()
+        for _, text in PROSE.printed(path.read_text(encoding="utf-8"))
+    ]
+    # Help of a command, an alarm's advice, and an answer of a service are among them.
+    for begin in ("also write the node's", "stop pushing", "there is no estimate at"):
+        assert any(begin in text for text in texts)
+    for kept in GIVEN["kept_texts"]:
+        assert any(kept in text for text in texts)
 
 
 def test_each_word_is_a_pattern_with_a_remedy():
