@@ -1,8 +1,10 @@
 """What recordings tell of a cell: each function takes what was found in one into its settings."""
 
+from collections.abc import Sequence
 from math import degrees, exp
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.suspected.stated_gravity import contradiction
@@ -13,7 +15,7 @@ from peg_on_hole_ros.identification.payload import Payload, StillPoses
 from peg_on_hole_ros.identification.presses import Axes, Presses
 from peg_on_hole_ros.identification.recording import Recording
 from peg_on_hole_ros.identification.selection import NORMAL_95
-from peg_on_hole_ros.identification.tuned import STILL_POSE_TEST
+from peg_on_hole_ros.identification.tuned import HAND_PRESS, STILL_POSE_TEST
 from peg_on_hole_ros.identification.weight import weight_of, zero_of
 from peg_on_hole_ros.measurements.rotations import rotation_from_rpy
 from peg_on_hole_ros.setup_steps.knowledge import (
@@ -31,9 +33,22 @@ _WEIGHT_RESTS_ON = GRAVITY, "wrench.axes", "wrench.gravity", "scene.peg_mass"
 
 
 def take_presses(
-    cell: Cell, values: dict[str, object], pressed: Presses, axes: Axes, source: str
+    cell: Cell,
+    values: dict[str, object],
+    pressed: Presses,
+    axes: Axes,
+    source: str,
+    link_rpy: Sequence[float] | None,
 ) -> None:
-    """Take sign and axes of the wrench."""
+    """
+    Take sign and axes of the wrench.
+
+    `link_rpy`: how the sensor is turned against the peg by the link that frame_id names, which is
+    more exact than a hand; None: no link is named.
+    """
+    if link_rpy is not None and "wrench.sensor_rpy" in values:
+        values = {name: value for name, value in values.items() if name != "wrench.sensor_rpy"}
+        _compare_with_link(cell, pressed, source, link_rpy)
     forces = ", ".join(f"{force:.0f}" for force in pressed.forces)
     how = f"three presses of {forces} N in {source}, off by {pressed.missed:.0f} degrees"
     for name, value in values.items():
@@ -42,13 +57,29 @@ def take_presses(
         cell.put(name, value, Known(MEASURED, how + more))
     if axes.axes != "sensor":
         cell.add("wrench.axes", f"the axes of {axes.axes} by {axes.off:.0f} degrees")
-    elif not pressed.snapped:
+    elif not pressed.snapped and link_rpy is None:
         cell.add("wrench.sensor_rpy", "no quarter turn is near: as exact as the hand alone")
     if axes.alike:
         cell.add(
             "wrench.axes",
             f"the axes of {axes.alike} look the same in this pose: press again at another tilt if "
             "the wrench may be in these",
+        )
+
+
+def _compare_with_link(
+    cell: Cell, pressed: Presses, source: str, link_rpy: Sequence[float]
+) -> None:
+    """Name the peg's axes where the presses fit neither the sensor's link nor any other."""
+    turn = rotation_from_rpy(link_rpy).T @ rotation_from_rpy(pressed.found)
+    off = degrees(float(Rotation.from_matrix(turn).magnitude()))
+    if off > HAND_PRESS.snap:
+        cell.contradict(
+            "joints.peg_rpy",
+            f"by {source}: the pushes along the peg's axes are {off:.0f} degrees off those of the "
+            "sensor's link (frame_id), and fit no other link. Check joints.peg_rpy and "
+            "joints.tip_frame first, then along which axes the peg was pushed; if the sensor is "
+            "mounted otherwise than the description states, set wrench.sensor_pose: stated",
         )
 
 

@@ -303,6 +303,21 @@ def test_a_name_that_does_not_exist_lists_the_nearest(tmp_path, capsys):
     assert "scene.hole_diameter" in capsys.readouterr().err
 
 
+def test_presses_that_fit_neither_the_sensors_link_nor_another_name_the_pegs_axes(
+    tmp_path, capsys
+):
+    """The link that frame_id names has the sensor's axes more exactly than a hand does."""
+    urdf, out = tmp_path / "arm.urdf", tmp_path / "cell.yaml"
+    urdf.write_text(URDF.read_text().replace('"ft_sensor"', '"ft_raw"'))
+    turned = "--set", f"joints.urdf={urdf}", "--set", "joints.peg_rpy=3.14159,0.4,0.3"
+    assert setup(out, *DIAMETERS, *turned, *recordings("presses", "poses")) == 2
+    assert "a setting is contradicted: joints.peg_rpy" in capsys.readouterr().err
+    assert "wrench.sensor_rpy" not in known(out) or "follows" in known(out)["wrench.sensor_rpy"]
+    right = "--set", f"joints.urdf={urdf}", "--set", "joints.peg_rpy=3.14159,0,0"
+    assert setup(out, *DIAMETERS, *right, *recordings("presses", "poses")) == 0
+    assert read_parameters(out)["wrench.axes"] == "base"
+
+
 def test_a_peg_with_joints_of_its_own_needs_no_robot(tmp_path):
     presses(tmp_path / "presses.mcap", (0.0, 0.0, 0.0), "robot")
     poses(tmp_path / "poses.mcap", POSES, -1.0)

@@ -202,7 +202,10 @@ class Steps:
 
         def take(opened: Opened) -> None:
             found = found_axes(opened.bag, opened.configuration, opened.left_out)
-            take_presses(self._cell, found.values, found.pressed, found.axes, opened.name)
+            follows = self._cell.how("wrench.sensor_xyz").kind == FOLLOWS
+            link_rpy = opened.configuration.wrench.sensor_rpy if follows else None
+            values, pressed, axes = found.values, found.pressed, found.axes
+            take_presses(self._cell, values, pressed, axes, opened.name, link_rpy)
             self._dialogue.say(found.text)
 
         self._recorded("presses", ("wrench.acts_on", "wrench.axes"), take)
