@@ -553,7 +553,12 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _monitor("forecast_acceleration_time", "how long an acceleration lasts", "s", 1e-3, 100.0),
     _monitor(
-        "jamming_horizon", "how far the risk looks ahead; longer: more false ones", "s", 0.0, 10.0
+        "jamming_horizon",
+        "how far the risk looks ahead: the time in which the arm stops, with the controller's "
+        "latency, alarm_dwell and 0.01 s, or more; much longer: more false ones",
+        "s",
+        0.0,
+        10.0,
     ),
     _monitor("load_horizon", "the same for overload; shorter than a press lasts", "s", 0.0, 10.0),
     _monitor("jamming_warn", "risk that gives jamming or overload, level WARN", "", 0.0, 1.0),

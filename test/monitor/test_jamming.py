@@ -161,6 +161,28 @@ def test_a_closing_that_wedges_is_alarmed_before_and_says_that_slip_helps():
     assert "slip takes" in outputs[raised[-1]].alarms[0].message or t[raised[-1]] > wedged
 
 
+def error_leads_by(scene, event, horizon):
+    """Return how long before an event [s] `jamming` becomes ERROR with a horizon."""
+    configuration = scene.plan.configuration
+    monitor = replace(configuration.monitor, jamming_horizon=horizon)
+    for outputs in Pipeline(replace(configuration, monitor=monitor)).play(measure(scene, 1)):
+        if outputs.alarms[0].level == 2:
+            return event - (outputs.t_ns - START_NS) * 1e-9
+    return -np.inf
+
+
+# An arm needs some 30 ms to stop, one with a slow controller 0.1 s and more.
+@pytest.mark.parametrize("stops_within", [0.03, *nightly(0.1, 0.3)])
+def test_a_horizon_that_is_set_by_the_arm_gives_it_the_time_to_stop_before_a_wedge(stops_within):
+    scene = truth("closing_without_slip")
+    wedged = next(t_ns for t_ns, text in scene.events if text.startswith("wedged")) * 1e-9
+    # As docs/jamming.md says; from the threshold on the level takes its dwell.
+    horizon = stops_within + scene.plan.configuration.monitor.alarm_dwell + 0.01
+    assert stops_within <= error_leads_by(scene, wedged, horizon) <= horizon
+    # A horizon that the level's dwell takes up leaves nothing.
+    assert error_leads_by(scene, wedged, 0.0) < 0.0
+
+
 def test_a_closing_with_slip_raises_no_alarm():
     _, outputs = played(truth("closing_with_slip"))
     assert not any(row.alarms[0].level for row in outputs)
@@ -183,9 +205,22 @@ def pressed_until_it_stops():
     return integrate(plan_from_tree(configuration, tree))
 
 
+def stands_still_from(scene):
+    still = (np.abs(scene.rates[:, 0]) < 2e-3) & (scene.t_ns > 1e8)
+    return scene.t_ns[still][0] * 1e-9
+
+
+def test_a_stall_is_foreseen_by_the_push_and_no_earlier_with_a_longer_horizon():
+    """The push shows where it goes for a tenth of a second, however far one looks ahead."""
+    scene = pressed_until_it_stops()
+    still = stands_still_from(scene)
+    near, usual, far = (error_leads_by(scene, still, horizon) for horizon in (0.02, 0.2, 0.4))
+    assert 0.0 < near < usual <= far < 0.06
+
+
 def test_a_peg_that_is_pressed_until_friction_stops_it_is_alarmed_before_it_stops():
     scene = pressed_until_it_stops()
-    still = scene.t_ns[(np.abs(scene.rates[:, 0]) < 2e-3) & (scene.t_ns > 1e8)][0] * 1e-9
+    still = stands_still_from(scene)
     t, outputs = played(scene)
     stall = t[seen(outputs, "jamming_stall")]
     assert still - 0.2 < stall[0] < still - 0.02
