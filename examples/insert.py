@@ -11,6 +11,7 @@ a peg of 50 mm.
 
 import json
 import re
+import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -399,14 +400,15 @@ class Insert(Node):
 
 
 def main():
-    """Run until the program has an outcome."""
+    """Run until the program has an outcome; return the exit code, 2 where it has given up."""
     rclpy.init()
     node = Insert()
     with suppress(KeyboardInterrupt, ExternalShutdownException):
         while not node.program.outcome:
             rclpy.spin_once(node)
     rclpy.try_shutdown()
+    return 2 if node.program.outcome == "given up" else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

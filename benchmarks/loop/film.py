@@ -20,15 +20,15 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from benchmarks.loop import drawn
 from benchmarks.loop.drawn import MOST_LOAD
 from benchmarks.loop.lockstep import play
-from benchmarks.loop.loop import options_of
 from benchmarks.loop.program import program_module
+from benchmarks.loop.variants import VARIANTS, options_of
 from benchmarks.robot_cells.rows import D
 
 # Of the film [1/s], how much slower than the try it is, and the longest part of the try [s].
 RATE, SLOWER, LONGEST = 10, 2.0, 7.0
 HEIGHT, PLATE, HALF = 62.0, 22.0, 44.0  # [mm]
 BLUE, RED, AMBER, GREY = "#2b6cb0", "#c53030", "#b7791f", "#718096"
-TITLES = {"plain": "(a) force limit alone", "all": "(e) with modes, alarms and plan"}
+TITLES = {name: VARIANTS[name].short for name in ("plain", "all")}
 LEVELS = ("", AMBER, RED)
 
 

@@ -11,6 +11,7 @@ from types import ModuleType
 
 import numpy as np
 
+from benchmarks.harness.errors import inside
 from benchmarks.loop import drawn
 from benchmarks.loop.drawn import (
     EVERY,
@@ -110,7 +111,7 @@ class Published:
 
 
 class Covered:
-    """How often bounds contain the truth while the program aligns and goes in."""
+    """How often 95 % bounds contain the truth while the program aligns and goes in."""
 
     STAGES = ("align", "go_in")
 
@@ -121,20 +122,18 @@ class Covered:
         """Take what is published at a moment, and what is true there."""
         if stage not in self.STAGES or row is None or row["contact_mode"] not in CONTACT:
             return
-        inside = self._inside
-        inside["tilt"].append(abs(row["state"][0] - tilt) <= 2.0 * row["state_stddev"][0])
-        inside["friction"].append(
-            abs(row["friction"] - self._friction) <= 2.0 * row["friction_stddev"]
-        )
+        self._take("tilt", row["state"][:1] - tilt, row["state_stddev"][:1])
+        self._take("friction", [row["friction"] - self._friction], [row["friction_stddev"]])
         if row["reactions_determined"] > 0.0:
-            inside["reactions"] += (
-                np.abs(row["normal"] - loads) <= 2.0 * row["normal_stddev"]
-            ).tolist()
+            self._take("reactions", row["normal"] - loads, row["normal_stddev"])
+
+    def _take(self, name: str, error, stddev) -> None:
+        self._inside[name] += inside(np.asarray(error), np.asarray(stddev)).tolist()
 
     @property
     def counts(self) -> dict:
         """Return for each quantity how many are inside, of how many."""
-        return {name: (sum(map(bool, each)), len(each)) for name, each in self._inside.items()}
+        return {name: (sum(each), len(each)) for name, each in self._inside.items()}
 
 
 class Cell:

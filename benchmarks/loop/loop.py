@@ -8,40 +8,20 @@ never rose to what it reacts to is the same run as the one without, and is not r
 of the plate have measured before how the hole leans, unless `--unsurveyed` says otherwise.
 """
 
-from functools import cache
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
 from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.pooled import share, spread
 from benchmarks.harness.tables import table
-from benchmarks.loop import drawn
+from benchmarks.loop import drawn, variants
 from benchmarks.loop.drawn import MOST_LOAD
 from benchmarks.loop.program import program_module
+from benchmarks.loop.variants import VARIANTS, options_of, plan_of
 from benchmarks.robot_cells import arms, sensing
-from peg_on_hole_ros.mechanics.planning.search import plan_motion
-from peg_on_hole_ros.mechanics.planning.words import as_data
 
 HERE = Path(__file__).parent
-QUIET = {"follow_modes": False, "stop_on_error": False, "follow_warn": False}
-# Options of the program; whether it closes by the plan; the level from which it differs from the
-# variant named last, which is otherwise the same run.
-VARIANTS = {
-    "plain": (QUIET, False, None, ""),
-    "stop": (QUIET | {"stop_on_error": True}, False, 2, "plain"),
-    "advice": ({}, False, None, "plain"),
-    "plan": (QUIET, True, None, ""),
-    "all": ({}, True, None, "plain"),
-}
-WORDS = {
-    "plain": "(a) plain, the controller's force limit alone",
-    "stop": "(b) stops on ERROR and tries again",
-    "advice": "(c) also follows modes, flag and WARN",
-    "plan": "(d) plain, by the plan",
-    "all": "(e) all",
-}
 HEAD = (
     "program", "tries [-]", "inserted at first", "in the end",
     "time of harmless tries over (a), median [-]", "largest load, median, 95 %, worst [N]",
@@ -69,31 +49,15 @@ def tries_option(parser) -> None:
     )  # fmt: skip
 
 
-@cache
-def plan_of(true: drawn.Try) -> dict:
-    """Return the plan for what is stated of a draw; it takes half a second."""
-    stated = drawn.configuration_of(true)
-    found = plan_motion(stated.scene, stated.plan, stated.monitor.max_normal)
-    return as_data(found, stated.plan, ())
-
-
-def options_of(module: ModuleType, true: drawn.Try, name: str):
-    """Return the options of the program in a variant."""
-    options, planned, _, _ = VARIANTS[name]
-    scene = drawn.configuration_of(true).scene
-    plan = plan_of(true) if planned else None
-    return module.Options(scene.hole_diameter, scene.peg_diameter, **options, plan=plan)
-
-
 def score_member(member: Member, folder: Path) -> dict:
     """Return what becomes of a draw in each variant."""
     from benchmarks.loop.lockstep import play  # MuJoCo is no part of the extra `dev`
 
     module, true = program_module(), member.of
     found: dict[str, dict] = {}
-    for name, (_, _, level, like) in VARIANTS.items():
-        if level is not None and found[like]["worst_level"] < level:
-            found[name] = {**found[like], "own": False}
+    for name, variant in VARIANTS.items():
+        if variant.level is not None and found[variant.like]["worst_level"] < variant.level:
+            found[name] = {**found[variant.like], "own": False}
             continue
         found[name] = {**play(true, module, options_of(module, true, name)), "own": True}
     possible = plan_of(true)["possible"]
@@ -121,13 +85,13 @@ def slower(found: list[dict], name: str) -> float | None:
 def row(name: str, found: list[dict]) -> tuple:
     """Return a line of the table."""
     runs = [each["variants"][name] for each in found]
-    without = [each["variants"][VARIANTS[name][3] or name] for each in found]
+    without = [each["variants"][VARIANTS[name].like] for each in found]
     n = len(runs)
     ended = [run["outcome"] == "inserted" for run in runs]
     safe = [harmless(each) for each in without]
     loads, ratio = spread(run["most_load"] for run in runs), slower(found, name)
     return (
-        WORDS[name], n,
+        VARIANTS[name].words, n,
         _share(sum(ok and run["tried"] == 1 for run, ok in zip(runs, ended)), n),
         _share(sum(ended), n),
         "-" if ratio is None else f"{ratio:.2f}",
@@ -171,13 +135,13 @@ def report(found, options) -> Report:
 
 
 def _covered(figures: list[dict]) -> str:
-    """Return how often two standard deviations contained the truth in first tries."""
+    """Return how often 95 % bounds contained the truth in first tries."""
     texts = []
     for words, planned in (("that turn by the plan", True), ("that close without a turn", False)):
         sums: dict[str, list[int]] = {}
         for each in figures:
             for name, run in each["variants"].items():
-                if run["own"] and VARIANTS[name][1] == planned:
+                if run["own"] and VARIANTS[name].planned == planned:
                     for quantity, counts in run["covered"].items():
                         sums.setdefault(quantity, []).append(counts)
         shares = ", ".join(
@@ -185,13 +149,14 @@ def _covered(figures: list[dict]) -> str:
             for name, counts in sums.items()
         )
         texts.append(f"in runs {words} {shares}")
-    return f"In contact, two standard deviations contain the truth {'; '.join(texts)}."
+    return f"In contact, 95 % bounds contain the truth {'; '.join(texts)}."
 
 
 FAMILY = Family(
     members, score_member, report, tries_option,
     sources=(
-        drawn, arms, sensing, HERE / "lockstep.py", HERE.parent / "robot_cells" / "cell.py",
+        drawn, variants, arms, sensing, HERE / "lockstep.py",
+        HERE.parent / "robot_cells" / "cell.py",
         HERE.parents[1] / "examples" / "insert.py",
     ),
 )  # fmt: skip

@@ -4,7 +4,8 @@ Play tries over DDS: the node, the program of the example and a cell, each a pro
     python -m benchmarks.loop.realtime --tries 20 --out runs.csv
 
 The cell goes by the wall clock, or slower where it has no core; `/clock` says how far it is. The
-program goes by `/clock`, the node by the stamps. Each try is compared with the same in lockstep.
+program goes by `/clock`, the node by the stamps. Each try is compared with the same in lockstep,
+by what the program says of its outcome.
 """
 
 import argparse
@@ -27,14 +28,14 @@ from sensor_msgs.msg import JointState
 
 from benchmarks.loop import drawn
 from benchmarks.loop.drawn import EVERY, FRAME, LONGEST
-from benchmarks.loop.loop import options_of
 from benchmarks.loop.program import program_module
+from benchmarks.loop.variants import options_of
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.parameters_file import write_parameters
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "insert.py"
-# Deeper a peg is in, half a millimetre of the gears aside [m].
-IN_FROM = 0.0075
+# What the program says by its exit code; one that still runs has no outcome.
+OUTCOMES = {0: "inserted", 2: "given up", None: "too long"}
 # Before a program ends that has not begun [s].
 PATIENCE = 120.0
 
@@ -144,9 +145,9 @@ def _go(peer: CellNode, context: Context, program) -> dict:
         behind = max(behind, late) if started is not None else 0.0
         time.sleep(max(-late, 0.0))
     executor.remove_node(peer.node)
-    inserted = -cell.position[2] > IN_FROM
+    code = program.poll()
     return {
-        "outcome": "inserted" if inserted else "given up", "most_load": most,
+        "outcome": OUTCOMES.get(code, f"exit code {code}"), "most_load": most,
         "time": cell.t - (first or cell.t), "behind": behind,
     }  # fmt: skip
 
@@ -177,7 +178,7 @@ def main() -> None:
             real = play_over_dds(true, module, options, Path(folder))
             log = (Path(folder) / "log.txt").read_text()
         ideal = play(true, module, options)
-        agrees = real["outcome"] == ("inserted" if ideal["outcome"] == "inserted" else "given up")
+        agrees = real["outcome"] == ideal["outcome"]
         same += agrees
         rows.append([
             number, name, ideal["outcome"], real["outcome"], f"{ideal['most_load']:.0f}",

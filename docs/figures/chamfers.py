@@ -10,12 +10,11 @@ clearance is drawn wide, the tilt large.
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.figure import Figure
 
+from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -111,17 +110,15 @@ def what_to_state(axes):
 
 def draw(folder: Path, narrow: bool = False) -> Path:
     """Write one of the two; the same bytes for the same version of matplotlib."""
-    plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "chamfers", "font.size": 9})
+    rcParams["font.size"] = 9
     size, shape = ((4.2, 6.6), (2, 1)) if narrow else ((9.5, 4.2), (1, 2))
-    figure, (first, second) = plt.subplots(*shape, figsize=size, layout="constrained")
+    figure = Figure(size, layout="constrained")
+    first, second = figure.subplots(*shape)
     contact(first)
     what_to_state(second)
     for axes in (first, second):
         axes.axis("off")
-    path = folder / f"chamfers{'_narrow' if narrow else ''}.svg"
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-    return path
+    return save(figure, folder / f"chamfers{'_narrow' if narrow else ''}", (".svg",))[0]
 
 
 if __name__ == "__main__":

@@ -11,13 +11,12 @@ import sys
 from math import atan2, cos, degrees, sin
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
+from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.mechanics import reference
 from peg_on_hole_ros.mechanics.geometry import (
     contact_geometry,
@@ -131,19 +130,15 @@ def in_hole(axes):
 
 def draw(folder: Path) -> Path:
     """Write contacts.svg; the same bytes for the same version of matplotlib."""
-    plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "contacts", "font.size": 10})
-    figure, panels = plt.subplots(
-        2, 1, figsize=(4.4, 7.6), layout="constrained", height_ratios=(2.6, 2.2)
-    )
+    rcParams["font.size"] = 10
+    figure = Figure((4.4, 7.6), layout="constrained")
+    panels = figure.subplots(2, 1, height_ratios=(2.6, 2.2))
     on_rim(panels[0])
     in_hole(panels[1])
     for axes, top in zip(panels, (1.62, 1.22), strict=True):
         axes.set(xlim=(-1.15, 1.15), ylim=(-0.98, top), aspect="equal")
         axes.axis("off")
-    path = folder / "contacts.svg"
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-    return path
+    return save(figure, folder / "contacts", (".svg",))[0]
 
 
 if __name__ == "__main__":

@@ -9,12 +9,11 @@ Writes frames.svg to FOLDER (this one by default). The clearance is drawn wide, 
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.figure import Figure
 
+from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -111,18 +110,14 @@ def top_view(axes):
 
 def draw(folder: Path) -> Path:
     """Write frames.svg; the same bytes for the same version of matplotlib."""
-    plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "frames", "font.size": 9})
-    figure, (left, right) = plt.subplots(
-        1, 2, figsize=(9.5, 4.8), width_ratios=(3, 2), layout="constrained"
-    )
+    rcParams["font.size"] = 9
+    figure = Figure((9.5, 4.8), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     side_view(left)
     top_view(right)
     for axes in (left, right):
         axes.axis("off")
-    path = folder / "frames.svg"
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-    return path
+    return save(figure, folder / "frames", (".svg",))[0]
 
 
 if __name__ == "__main__":

@@ -15,15 +15,13 @@ import matplotlib.pyplot as plt
 
 from benchmarks.harness.pooled import wilson
 from benchmarks.loop.drawn import MOST_LOAD
+from benchmarks.loop.variants import VARIANTS
 
 HERE = Path(__file__).parent
-VARIANTS = {
-    "plain": ("(a) force limit alone", "#718096"),
-    "stop": ("(b) stops on ERROR", "#d69e2e"),
-    "advice": ("(c) modes, flag, WARN", "#38a169"),
-    "plan": ("(d) the plan alone", "#9f7aea"),
-    "all": ("(e) all", "#2b6cb0"),
-}
+COLORS = {
+    "plain": "#718096", "stop": "#d69e2e", "advice": "#38a169", "plan": "#9f7aea",
+    "all": "#2b6cb0",
+}  # fmt: skip
 
 
 def draw(folder):
@@ -33,7 +31,8 @@ def draw(folder):
     plt.rcParams.update({"font.size": 9})
     for name, size, rows in (("loop", (9, 3.4), (1, 2)), ("loop_narrow", (4.2, 6.4), (2, 1))):
         figure, (loads, shares) = plt.subplots(*rows, figsize=size, dpi=110)
-        for k, (variant, (label, color)) in enumerate(VARIANTS.items()):
+        for k, (variant, color) in enumerate(COLORS.items()):
+            label = VARIANTS[variant].short
             of = [run for run in runs if run["variant"] == variant]
             n, sizes = len(of), sorted(float(run["most_load_N"]) for run in of)
             above = [1.0 - i / n for i in range(n + 1)]
@@ -50,9 +49,9 @@ def draw(folder):
         loads.set(xscale="log", xlim=(30, 2e3), ylim=(0, 1), xlabel="load [N]",
                   ylabel="tries with a larger load at a contact [-]")  # fmt: skip
         shares.set(xlim=(0, 102), xlabel="inserted [%]:\nbar at the first try, dot in the end")
-        shares.set_yticks(range(len(VARIANTS)), [label for label, _ in VARIANTS.values()])
+        shares.set_yticks(range(len(COLORS)), [VARIANTS[variant].short for variant in COLORS])
         # The names stand for the lines of the other part as well.
-        for name_at, (_, color) in zip(shares.get_yticklabels(), VARIANTS.values()):
+        for name_at, color in zip(shares.get_yticklabels(), COLORS.values()):
             name_at.set_color(color)
             name_at.set_fontweight("bold")
         shares.invert_yaxis()

@@ -11,12 +11,11 @@ import sys
 from math import exp
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+from matplotlib import rcParams
+from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
+from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.estimator.settings import default_settings
 
 HERE = Path(__file__).parent
@@ -93,15 +92,13 @@ def flow(axes, y):
 
 def draw(folder: Path) -> Path:
     """Write mixture.svg; the same bytes for the same version of matplotlib."""
-    plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "mixture", "font.size": 10})
-    figure, axes = plt.subplots(figsize=(4.4, 8.6), layout="constrained")
+    rcParams["font.size"] = 10
+    figure = Figure((4.4, 8.6), layout="constrained")
+    axes = figure.subplots()
     lowest = flow(axes, filters(axes))
     axes.set(xlim=(-0.1, 5.8), ylim=(lowest + 0.7, 2.0), aspect="equal")
     axes.axis("off")
-    path = folder / "mixture.svg"
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-    return path
+    return save(figure, folder / "mixture", (".svg",))[0]
 
 
 if __name__ == "__main__":

@@ -12,11 +12,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.figure import Figure
+
+from peg_on_hole_ros.cli.pictures import save
 
 HERE = Path(__file__).parent
 INK, METAL, PEG, TOOL = "#333333", "#dddddd", "#cfe0f3", "#eeeeee"
@@ -235,10 +235,11 @@ PICTURES = {
 
 def draw(folder: Path, name: str) -> Path:
     """Write one of the pictures; the same bytes for the same version of matplotlib."""
-    plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 10.5})
+    rcParams["font.size"] = 10.5
     picture = PICTURES[name]
     height = WIDTH / 2 * np.ptp(picture.y) / np.ptp(picture.x)
-    figure, both = plt.subplots(1, 2, figsize=(WIDTH, height + TITLE))
+    figure = Figure((WIDTH, height + TITLE))
+    both = figure.subplots(1, 2)
     figure.subplots_adjust(0.005, 0.01, 0.995, height / (height + TITLE), wspace=0.02)
     for axes, (title, panel) in zip(both, picture.panels, strict=True):
         panel(axes)
@@ -246,10 +247,7 @@ def draw(folder: Path, name: str) -> Path:
         axes.set_title(title, fontsize=10.5, color=color, pad=3)
         axes.set(xlim=picture.x, ylim=picture.y, aspect="equal")
         axes.axis("off")
-    path = folder / f"{name}.svg"
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-    return path
+    return save(figure, folder / name, (".svg",))[0]
 
 
 if __name__ == "__main__":

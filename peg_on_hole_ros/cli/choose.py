@@ -22,7 +22,6 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import load_yaml
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.run import replay_bag
 from peg_on_hole_ros.replay.summary import Summary
 from peg_on_hole_ros.safe_text import cut, printable
@@ -218,7 +217,8 @@ def motion_of(
     """
     rows, summary = _Rows(), Summary()
     replayed = replay_bag(bag, configuration, 0.0, [rows, summary], progress)
-    doubts = [*_stated_otherwise(bag, configuration), *_doubts(replayed, summary, configuration)]
+    doubts = _stated_otherwise(bag, configuration)
+    doubts += replayed.doubts(summary.content(), configuration)
     t_ns, state, force, good = (np.concatenate(part) for part in zip(*rows.parts))
     t = (t_ns - t_ns[0]) * 1e-9
     period = float(np.median(np.diff(t)))
@@ -245,15 +245,6 @@ def _longest(t, gap):
     """Return the slice of the longest stretch of times that are no more than a gap apart."""
     edges = [0, *(np.flatnonzero(np.diff(t) > gap) + 1).tolist(), len(t)]
     return max((slice(a, b) for a, b in zip(edges, edges[1:])), key=lambda k: t[k][-1] - t[k][0])
-
-
-def _doubts(replayed, summary, configuration):
-    """Return what a replay tells of what makes its numbers doubtful."""
-    counted = {"dropped": replayed.dropped, "events": replayed.events}
-    return doubts_of(
-        {"messages": counted, **summary.content()}, replayed.by_source, configuration,
-        replayed.seen, replayed.causes, replayed.joints_explained,
-    )  # fmt: skip
 
 
 def _stated_otherwise(bag, configuration):

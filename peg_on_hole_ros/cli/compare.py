@@ -20,7 +20,7 @@ from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.number_text import number, quantity
 from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.replay.run import stored_configuration
-from peg_on_hole_ros.report.comparison_page import Overlay, comparison_page
+from peg_on_hole_ros.report.comparison_page import Overlay, apart, comparison_page
 from peg_on_hole_ros.report.page import library
 
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
@@ -270,22 +270,19 @@ def _comparison_text(result, a, b):
         f"contact mode agrees at {100 * result['contact_mode_agrees']:.2f} % of the stamps, "
         f"transition at {100 * result['transition_agrees']:.2f} %",
     ]
+    differing, same = apart(result["quantities"])
+    numbers, same_numbers = apart(result["monitor"])
     rows = [
         (row["name"], *(quantity(row[k], row["unit"]) for k in ("max", "rms")))
         + tuple(map(_number, (row["max_in_stddev"], row["rms_in_stddev"])))
-        for row in result["quantities"]
-        if row["max"] != 0.0
-    ] + [
-        (row["name"], _number(row["max"]), _number(row["rms"]), "-", "-")
-        for row in result["monitor"]
-        if row["max"] != 0.0
-    ]
+        for row in differing
+    ] + [(row["name"], _number(row["max"]), _number(row["rms"]), "-", "-") for row in numbers]
     if rows:
         head = "difference B - A", "max", "RMS", "max/stddev", "RMS/stddev"
         lines += ["", table(head, rows)]
-    every = [*result["quantities"], *result["monitor"]]
-    if same := sum(row["max"] == 0.0 for row in every):
-        lines += ["", f"the same in both: {same} of {len(every)} quantities"]
+    if count := len(same) + len(same_numbers):
+        every = count + len(rows)
+        lines += ["", f"the same in both: {count} of {every} quantities"]
     return "\n".join(lines)
 
 

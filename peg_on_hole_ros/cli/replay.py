@@ -37,7 +37,6 @@ from peg_on_hole_ros.messages.transforms import STATIC_TRANSFORM_TOPIC
 from peg_on_hole_ros.messages.tries import json_line
 from peg_on_hole_ros.monitor.pose_only import MODES_OFF as UNJUDGED
 from peg_on_hole_ros.number_text import number
-from peg_on_hole_ros.replay.advice import lines as doubts_of
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
 from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
 from peg_on_hole_ros.replay.topic_findings import two_robots
@@ -173,12 +172,7 @@ def replay(
         "version": VERSION,
         "bag": printable(bag.path),
         "damage": printable(bag.damage) or None,
-        "messages": {
-            "read": replayed.read,
-            "used": replayed.used,
-            "dropped": replayed.dropped,
-            "events": replayed.events,
-        },
+        "messages": replayed.messages,
         **summary.content(),
         "cycles": cycles.records,
         "reactions_void": None,
@@ -190,14 +184,7 @@ def replay(
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
         content["undetermined"] = undetermined_content(score)
-    doubts = doubts_of(
-        content,
-        replayed.by_source,
-        configuration,
-        replayed.seen,
-        replayed.causes,
-        replayed.joints_explained,
-    )
+    doubts = replayed.doubts(content, configuration)
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     doubts = [*bag.remarks(needed), *bag.foreign(), *([mixed] if mixed else []), *doubts]

@@ -34,7 +34,7 @@ from peg_on_hole_ros.messages.stream import (
 from peg_on_hole_ros.messages.transforms import static_transform
 from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.records import Arrivals
-from peg_on_hole_ros.replay.advice import InputOddities, remedy
+from peg_on_hole_ros.replay.advice import InputOddities, lines, remedy
 from peg_on_hole_ros.replay.bag_settings import completed_settings
 from peg_on_hole_ros.robot.frame_tree import FrameTree, frame_tree
 from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, check_regular, urdf_path
@@ -124,6 +124,20 @@ class Replayed(NamedTuple):
     joints_explained: bool
     reactions_are_void: bool
     failures: Failures
+
+    @property
+    def messages(self) -> dict[str, int | dict[str, int]]:
+        """What became of the messages, as a summary has it."""
+        return {
+            "read": self.read, "used": self.used, "dropped": self.dropped, "events": self.events,
+        }  # fmt: skip
+
+    def doubts(self, content: dict, configuration: Configuration) -> list[str]:
+        """Return a line for each thing that makes its numbers, a summary's content, doubtful."""
+        return lines(
+            {"messages": self.messages, **content}, self.by_source, configuration, self.seen,
+            self.causes, self.joints_explained,
+        )  # fmt: skip
 
 
 def sources_of(configuration: Configuration) -> dict[str, str]:

@@ -140,9 +140,16 @@ def _summary(result):
     )
 
 
+def apart(rows: list[dict]) -> tuple[list[dict], list[str]]:
+    """Return the rows of what differs, and the names of what is the same in both."""
+    return (
+        [row for row in rows if row["max"] != 0.0],
+        [row["name"] for row in rows if row["max"] == 0.0],
+    )
+
+
 def _quantities(result):
-    differing = [row for row in result["quantities"] if row["max"] != 0.0]
-    same = [row["name"] for row in result["quantities"] if row["max"] == 0.0]
+    differing, same = apart(result["quantities"])
     rows = [
         (
             row["name"],

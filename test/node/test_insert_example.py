@@ -79,15 +79,15 @@ class Robot:
         self.alarms.publish(DiagnosticArray(status=status))
 
 
-def test_the_example_inserts_and_begins_anew_after_an_error():
-    world = World(alarms=while_aligning(2, "the peg wedges"))
+def run(world, *parameters):
+    """Run the example over DDS in a world; return robot, exit code and log."""
     peer = Peer()
     try:
         robot = Robot(peer.node, world)
-        with node_process(program=EXAMPLE) as process:
+        with node_process(*parameters, program=EXAMPLE) as process:
             began = 0.0
 
-            def inserted():
+            def ended():
                 nonlocal began
                 # Until the first target has come nobody asks for what is seen.
                 if not robot.targets and time.monotonic() - began > 0.1:
@@ -95,14 +95,25 @@ def test_the_example_inserts_and_begins_anew_after_an_error():
                     robot.publish()
                 return process.poll() is not None
 
-            peer.spin_until(inserted, "the end of the example")
-            text = process.stdout.read()
+            peer.spin_until(ended, "the end of the example")
+            return robot, process.returncode, process.stdout.read()
     finally:
         peer.close()
-    assert process.returncode == 0, text
+
+
+def test_the_example_inserts_and_begins_anew_after_an_error():
+    world = World(alarms=while_aligning(2, "the peg wedges"))
+    robot, code, text = run(world)
+    assert code == 0, text
     assert "inserted" in text
     # Level and texts are two topics, of which either may come first.
     assert "'align', 'jamming: the peg wedges'" in text or "'align', 'an alarm is ERROR'" in text
     assert robot.said == ["insertion", "lift_off", "insertion"]
     # Before each of the tries, above the plate.
     assert len(robot.tares) == 2 and min(robot.tares) > world.plate + 0.005
+
+
+def test_the_example_that_has_given_up_says_so_by_its_exit_code():
+    _, code, text = run(World(), "-p", "tries:=1", "-p", "force_limit:=1.0")
+    assert code == 2, text
+    assert "given up" in text
