@@ -25,13 +25,12 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger
 
 WARN, ERROR = 1, 2
-STILL = lambda dt: None  # noqa: E731
-NEVER = lambda seen: False  # noqa: E731
+# What the text of an alarm advises: closing rate, turn [rad/s], share of the push [%].
+ADVICE = r"close at ([\d.]+)", r"turn at ([\d.]+)", r"at most (\d+)%"
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,6 @@ class Seen(NamedTuple):
     transition: bool = False
     level: int = 0
     alarms: tuple = ()  # (name, level, text) of each
-    loads: tuple = ()  # normal reactions, NaN where they are not determined
 
 
 class Command(NamedTuple):
@@ -90,7 +88,6 @@ class Program:
 
     def __init__(self, options: Options):
         self.o, self.stage, self.outcome, self.tried, self.stops = options, "start", "", 0, []
-        self.most_load = 0.0
         self._tilt = options.plan["start"]["tilt"] if options.plan else options.tilt
         self._h = np.array([np.cos(options.psi), np.sin(options.psi)])
         self._leaned = -np.sin(self._tilt) * self._h
@@ -104,7 +101,7 @@ class Program:
         """Decide; to be called some 100 times a second and more."""
         return self._steps.send(seen)
 
-    def wait_for(self, done, within, move=STILL):
+    def wait_for(self, done, within, move=lambda dt: None):
         """Move until `done(seen)`; return whether it was so within this time [s]."""
         until = self.seen.t + within
         while not done(self.seen):
@@ -119,12 +116,17 @@ class Program:
             self._check()
         return True
 
+    def wait(self, seconds, *move):
+        """Move for a time."""
+        yield from self.wait_for(lambda seen: False, seconds, *move)
+
     def _check(self):
         """End the try on the controller's force limit, and on an alarm at ERROR."""
-        self.most_load = np.fmax(self.most_load, np.max(self.seen.loads, initial=0.0))
-        if self._watching and self.seen.force > self.o.force_limit:
+        if not self._watching:
+            return
+        if self.seen.force > self.o.force_limit:
             raise Stopped(f"force limit: {self.seen.force:.0f} N")
-        if self._watching and self.o.stop_on_error and self.seen.level >= ERROR:
+        if self.o.stop_on_error and self.seen.level >= ERROR:
             # Level and texts are two topics: the level may come first.
             texts = (f"{name}: {text}" for name, level, text in self.seen.alarms if level >= ERROR)
             raise Stopped("; ".join(texts) or "an alarm is ERROR")
@@ -151,28 +153,25 @@ class Program:
                 yield from self._back_off()
         self.outcome = self.outcome or "given up"
         self.stage, self._watching = self.outcome, False
-        while True:
-            yield from self.wait_for(NEVER, 1e9)
+        yield from self.wait(np.inf)
 
     def _to(self, position, lean, speed=0.03):
         """Return a motion there with a speed [m/s]; it turns by up to 0.4 rad/s."""
 
         def move(dt):
-            off, turn = position - self._at, lean - self._lean
-            self._at += off * min(1.0, speed * dt / max(np.linalg.norm(off), 1e-9))
-            self._lean += turn * min(1.0, 0.4 * dt / max(np.linalg.norm(turn), 1e-9))
-            self._lean = near(self._lean, self.seen.lean, 0.02)
+            self._at = near(position, self._at, speed * dt)
+            self._lean = near(near(lean, self._lean, 0.4 * dt), self.seen.lean, 0.02)
 
         return move
 
     def _hang(self):
         """Hang in the air above the hole, and tare there."""
         place = self._above()
-        there = lambda seen: np.allclose(self._at, place, atol=1e-6)  # noqa: E731
-        yield from self.wait_for(there, 5.0, self._to(place, self._leaned))
-        yield from self.wait_for(NEVER, 0.6, self._to(place, self._leaned))
+        move = self._to(place, self._leaned)
+        yield from self.wait_for(lambda seen: np.allclose(self._at, place, atol=1e-6), 5.0, move)
+        yield from self.wait(0.6, move)
         self._tare = True
-        yield from self.wait_for(NEVER, 0.05)
+        yield from self.wait(0.05)
 
     def _touch(self):
         self._watching = True
@@ -192,20 +191,21 @@ class Program:
             there = radius * np.cos(angle), radius * np.sin(angle), 0.0
             self._to(centre + there, self._leaned, 0.02)(dt)
 
-        dropped = lambda seen: seen.position[2] < self._plate - 0.0015  # noqa: E731
-        if not (yield from self.wait_for(dropped, 6.0, spiral)):
+        edge = self._plate - 0.0015
+        if not (yield from self.wait_for(lambda seen: seen.position[2] < edge, 6.0, spiral)):
             raise Stopped("no hole found")
         self._at[2] = self.seen.position[2] - 0.5 * self.o.press[1]
 
         def aside(dt):
             self._at[:2] -= 0.006 * dt * self._h
 
-        # Friction of a light push holds the springs back by less than this.
-        lies_on = lambda seen: (seen.position - self._at)[:2] @ self._h > 0.0015  # noqa: E731
+        def lies_on(seen):
+            # Friction of a light push holds the springs back by less than this.
+            return (seen.position - self._at)[:2] @ self._h > 0.0015
+
         yield from self.wait_for(lies_on, 1.5, aside)
         self._hole = self.seen.position[:2] - self._seat(self._tilt)[0] * self._h
-        on = self._to(self._pressed(self._tilt), self._leaned)
-        yield from self.wait_for(NEVER, 0.2, on)
+        yield from self.wait(0.2, self._to(self._pressed(self._tilt), self._leaned))
 
     def _seat(self, tilt):
         """Return where three contacts, or the mouth, have the lower end, along h and z."""
@@ -232,15 +232,15 @@ class Program:
             # What has jammed without a turn is tried with one.
             turn = 0.2 if self.o.follow_warn and self.tried > 1 else 0.0
             return self._slower * self.o.closing_rate, turn
-        closing = max(-self._stage_at(tilt)["gamma"], 0.01)
+
+        def planned(tilt):
+            stages = self.o.plan["stages"]
+            return next((each for each in stages if each["tilt"] < tilt), stages[-1])["rates"]
+
+        closing = max(-planned(tilt)["gamma"], 0.01)
         # The monitor foresees the present motion: it has to see a turn before that matters.
         ahead = 0.25 * closing if self.o.follow_warn else 0.0
-        return self._slower * closing, self._stage_at(tilt - ahead)["phi"]
-
-    def _stage_at(self, tilt):
-        """Return the rates that the plan has at a tilt."""
-        stages = self.o.plan["stages"]
-        return next((each for each in stages if each["tilt"] < tilt), stages[-1])["rates"]
+        return self._slower * closing, planned(tilt - ahead)["phi"]
 
     def _align(self):
         """Close the tilt under a push; an alarm at WARN slows, turns or presses less."""
@@ -248,19 +248,15 @@ class Program:
 
         def close(dt):
             nonlocal tilt, push, resists
-            rate, turn, lead, text = *self._rates(tilt), self.o.lead, self._warned()
+            (rate, turn), text, inside = self._rates(tilt), self._warned(), self._inside()
             if text:
-                asked = r"close at ([\d.]+)", r"turn at ([\d.]+)", r"at most (\d+)%"
-                found = [re.search(pattern, text) for pattern in asked]
-                slow, turned, less = (float(each[1]) if each else None for each in found)
-                rate = min(rate, 0.03 if slow is None else slow)
-                turn = turn if turned is None else turned
-                push = min(push, 1.0 if less is None else less / 100.0)
-            if self._inside():
-                rate *= 0.5
-            if text or self._inside():
-                # The walls are near: a moment that no force shows loads them.
-                lead *= 0.3
+                found = [re.search(pattern, text) for pattern in ADVICE]
+                usual = 0.03, turn, 100.0
+                slow, turn, most = (float(at[1]) if at else of for at, of in zip(found, usual))
+                rate, push = min(rate, slow), min(push, most / 100.0)
+            # The walls are near: a moment that no force shows loads them.
+            lead = self.o.lead * (0.3 if text or inside else 1.0)
+            rate *= 0.5 if inside else 1.0
             self._turn, self._spin = turn, self._spin + turn * dt
             closed, least = tilt - rate * dt, np.arcsin(-self.seen.lean @ self._h) - lead
             resists = resists + dt if closed < least else 0.0
@@ -268,7 +264,7 @@ class Program:
             # Not far ahead, but where it overshoots the springs may hold it back.
             self._lean = near(-np.sin(tilt) * self._h, self.seen.lean, 2.0 * self.o.lead)
             self._at = self._pressed(tilt, push)
-            if self._inside():
+            if inside:
                 # What falls on the walls between which it fits hits them hard.
                 self._at[2] = max(self._at[2], self.seen.position[2] - 0.001)
 
@@ -297,16 +293,18 @@ class Program:
             self._at[2] -= (0.005 if warned else 0.01) * self._slower * dt
             self._at[2] = max(self._at[2], self.seen.position[2] - 0.006)
 
+        def deep(seen):
+            inserted = self.o.follow_modes and seen.mode == "inserted"
+            return inserted or -seen.position[2] > self.o.depth
+
         self._at[2] = self.seen.position[2] - 0.001
-        inserted = lambda seen: self.o.follow_modes and seen.mode == "inserted"  # noqa: E731
-        deep = lambda seen: inserted(seen) or -seen.position[2] > self.o.depth  # noqa: E731
         if not (yield from self.wait_for(deep, 4.0, go_in)):
             raise Stopped("not in")
 
     def _back_off(self):
         """Reverse the tilt under a pull until the peg is out, tilt back and lift off."""
         self._expect, self._watching = "lift_off", False
-        self._at, self._lean = self.seen.position.copy(), self.seen.lean.copy()
+        self._lean = self.seen.lean.copy()
 
         def out(dt):
             self._at = self.seen.position + (0.0, 0.0, 0.006)
@@ -354,7 +352,6 @@ class Insert(Node):
             (PoseStamped, "current_pose", 10), (WrenchStamped, "/wrench", 10),
             (String, of + "contact_mode", latched), (Bool, of + "transition", latched),
             (UInt8, of + "alarm_level", latched), (DiagnosticArray, of + "alarms", 10),
-            (JointState, of + "contacts", 10),
         )  # fmt: skip
         for kind, topic, qos in topics:
             name = topic.rpartition("/")[2]
@@ -374,7 +371,6 @@ class Insert(Node):
             *lean_and_spin(pose.orientation), float(np.linalg.norm(self._force - self._zero)),
             heard["contact_mode"].data, heard["transition"].data, heard["alarm_level"].data,
             tuple((a.name, a.level[0], a.message) for a in heard["alarms"].status),
-            tuple(heard["contacts"].effort),
         )  # fmt: skip
 
     def _decide(self):
@@ -384,8 +380,7 @@ class Insert(Node):
             return
         stage, command = self.program.stage, self.program.step(self._seen())
         if command.stage != stage:
-            most = f"largest reaction so far {self.program.most_load:.0f} N"
-            self.get_logger().info(f"{command.stage}, {most} {self.program.stops[-1:]}")
+            self.get_logger().info(f"{command.stage} {self.program.stops[-1:]}")
         if command.expect:
             self._expect.publish(String(data=command.expect))
         if command.tare:

@@ -283,5 +283,5 @@ def _seen(module: ModuleType, cell: Cell, published: Published):
     """Return what the program sees."""
     return module.Seen(
         cell.t, cell.position, cell.lean, cell.spin, cell.force, published.mode,
-        published.transition, published.level, published.alarms, published.loads,
+        published.transition, published.level, published.alarms,
     )  # fmt: skip

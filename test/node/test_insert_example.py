@@ -1,6 +1,5 @@
 """The example that inserts a peg, over DDS, with a scripted robot and monitor."""
 
-import math
 import time
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String, UInt8
 from std_srvs.srv import Trigger
 
@@ -33,7 +31,6 @@ class Robot:
         self.transition = node.create_publisher(Bool, of + "transition", LATCHED)
         self.level = node.create_publisher(UInt8, of + "alarm_level", LATCHED)
         self.alarms = node.create_publisher(DiagnosticArray, of + "alarms", 10)
-        self.contacts = node.create_publisher(JointState, of + "contacts", 10)
         node.create_service(Trigger, of + "tare", self._tare)
         node.create_subscription(
             String, of + "expect", lambda message: self.said.append(message.data), 10
@@ -71,7 +68,6 @@ class Robot:
         self.mode.publish(String(data=seen.mode))
         self.transition.publish(Bool(data=bool(seen.transition)))
         self.level.publish(UInt8(data=seen.level))
-        self.contacts.publish(JointState(effort=[math.nan] * 3))
         status = [
             DiagnosticStatus(name=name, level=bytes([level]), message=text)
             for name, level, text in seen.alarms
