@@ -206,4 +206,4 @@ def test_a_covariance_that_is_not_positive_definite_is_no_error(tmp_path, capsys
     path = next(each for each in BAGS if each.stem == "closing_with_slip")
     assert main(["calibrate", str(path), "--out", str(out)]) == 3
     (line,) = [each for each in capsys.readouterr().err.splitlines() if "error: " in each]
-    assert "sensor pose" in line and not out.exists()
+    assert "the sensor's pose" in line and not out.exists()

@@ -102,7 +102,7 @@ def test_a_friction_that_what_is_stated_refutes_is_told():
 
 def test_how_far_off_a_friction_is_told_is_how_far_off_it_was_tested():
     (text,) = (cause for cause in played(JAM, torque)[0].causes if WRONG in cause)
-    learnt, stddev, off, at, stated = map(float, NUMBER.findall(text)[:5])
+    learnt, stddev, at, stated, off = map(float, NUMBER.findall(text)[:5])
     # Of a Gaussian: what is learnt lies off by as much of its variance as it has taken away.
     assert off == pytest.approx(abs(learnt - at) / (stated**2 - stddev**2) ** 0.5, abs=0.1)
     # It is told from a likelihood ratio on, which is half of its square.

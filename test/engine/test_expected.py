@@ -142,7 +142,7 @@ def test_poses_taken_one_by_one_tell_payload_and_zero(axes):
         answers.append(line.take_pose())
     assert all(answer.success for answer in answers)
     assert "with one direction of gravity" in answers[0].message
-    assert "missing: gravity turned about one axis only" in answers[1].message
+    assert "by 20 degrees: gravity turned about one axis only" in answers[1].message
     last = answers[-1].message
     assert last.startswith("pose 4 taken: wrench.payload_mass: 0.8") or "0.79" in last
     assert "missing" not in last
